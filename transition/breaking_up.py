@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
     from flight.fragments import Fragments
     from transition.intensity import Intensity
-    from transition.weighted import WeightedFragments
+    from transition.weighted import Casings, WeightedFragments
 
 
 @dataclass(frozen=True, eq=False)
@@ -149,7 +149,13 @@ class BreakUp:
         `number`, from 0 upwards, is that of one of many sets which are independent of each other; see
         `transition.weighted`. What the sampler's closing on the mass makes of a segment of a few pieces is not in them.
         """
-        from transition.weighted import Casings, Runs, unit_points
+        from transition.weighted import unit_points
+
+        return self.casings(number).at(unit_points(number, points))
+
+    def casings(self, number: int) -> Casings:
+        """What makes the fragments of such a set, in any attitude and of any number."""
+        from transition.weighted import Casings, Runs
 
         self._check_number()
         runs = []
@@ -160,8 +166,7 @@ class BreakUp:
             runs.append(Runs.along(segment, law, self._sampler(segment), drawn, order, self.settings))
         names, first = tuple(broken.name for broken in self.rounds), self.rounds[0]
         axis = np.asarray(first.axis) / np.linalg.norm(first.axis) if self._turned else None
-        casings = Casings(tuple(runs), self._images, axis, self._base(first), self._foot, names, self.settings)
-        return casings.at(unit_points(number, points))
+        return Casings(tuple(runs), self._images, axis, self._base(first), self._foot, names, self.settings)
 
     def _base(self, broken: BrokenRound) -> NDArray[np.float64]:
         position = np.asarray(self.snapshot.rounds[broken.computed].position)

@@ -150,8 +150,11 @@ class Casings:
     rounds: tuple[str, ...]
     settings: BreakUpSettings
 
-    def at(self, points: Array) -> WeightedFragments:
-        """Fragments at points (n, c) of the unit cube, whose measure is the intensity."""
+    def at(self, points: Array, motion: Isometry | None = None) -> WeightedFragments:
+        """Fragments at points (n, c) of the unit cube, whose measure is the intensity.
+
+        `motion`: of all rounds as one body, from where the casing has them.
+        """
         from flight.fragments import Fragments
 
         count, copies, own = len(self.runs), 1 + len(self.images), 1.0 / len(points)
@@ -178,6 +181,9 @@ class Casings:
             about[:, :2] = self.settings.tilt * ndtri(points[:, 5:7])
             position = self.foot + _turned(position - self.foot, about)
             velocity, shift = _turned(velocity, about), _turned(shift, about)
+        if motion is not None:
+            position = motion.place(position)
+            velocity, shift = motion.vector(velocity), motion.vector(shift)
         speed = np.linalg.norm(velocity, axis=1)
         direction = velocity / np.maximum(speed, 1e-300)[:, None]
         direction, weight = aimed(direction, points[:, 3:5], self.settings.direction_scatter)

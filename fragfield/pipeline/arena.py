@@ -9,6 +9,7 @@ import numpy as np
 
 from flight.arena import MOTT
 from fragfield.case.checks.expected_masses import recovered_mass
+from fragfield.case.conversion.attitude import is_mixed
 from fragfield.case.conversion.rounds import charge_centre
 from fragfield.errors import InputError
 
@@ -40,6 +41,8 @@ def read_arena(path: Path | None, case: CaseTable) -> tuple[ArenaTable, Recovere
         raise InputError(
             "arena tables and planes of symmetry: give every round its own table [[round]] with its position"
         )
+    if is_mixed(case) and not case.flight.wind.is_still:
+        raise InputError('arena tables, attitude = "any" and wind: leave one of them out')
     table = ArenaTable.read(path)
     width = np.diff(table.zones)
     wide = np.flatnonzero((width[table.zone] > _WIDEST + 1e-9) & (table.number > 0.0))

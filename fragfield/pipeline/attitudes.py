@@ -212,4 +212,8 @@ def flown_attitude(job: Job, flown: FlownEnsemble) -> Attitude:
     if flown.attitude is None or not flown.curve:
         return part
     worst = flown.attitude
-    return replace(part, worst_inclination_deg=worst.inclination, worst_roll_deg=worst.roll, curve=tuple(flown.curve))
+    azimuth = None if job.case.flight.wind.is_still else worst.azimuth % 360.0
+    return replace(
+        part, worst_inclination_deg=worst.inclination, worst_roll_deg=worst.roll, worst_azimuth_deg=azimuth,
+        curve=tuple(flown.curve),
+    )  # fmt: skip

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
+from itertools import product
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -20,8 +21,9 @@ from fragfield.case.problem import burst_geometry
 from fragfield.results.hazard import FlownAttitude
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
+    from flight.hazard.density.distance import ExpectedDistance
     from flight.hazard.ensemble import EnsembleHazard
     from flight.hazard.integral import Integral
     from fragfield.case import CaseTable
@@ -36,6 +38,7 @@ DIRECTED = 4  # times the points of a distance over all azimuths, for one in a w
 SAMPLE_POINTS = 512
 """Points of a sample of a study."""
 COARSE, FINE = 15.0, 5.0  # degrees from one inclination to the next: of all, then beside the worst
+AZIMUTHS, AZIMUTH = 45.0, 15.0  # in wind the same of the nose's azimuths
 
 
 def why_not_integrated(case: CaseTable, *, given: bool = False, rings: bool = False) -> str:
@@ -111,28 +114,52 @@ class Integrand:
         """The integral in an attitude, or as the rounds stand; of mixed attitudes, left out, in the worst of all."""
         if attitude is not None or not is_mixed(self.case):
             return Solved(self.integral(attitude), attitude)
-        arrangement = Arrangement(self.case)  # of one round of revolution, which a roll does not change
-        rows: dict[float, FlownAttitude] = {}
+        worst, curve = worst_attitude(self.case, lambda one: self.integral(one, finely=False).expected())
+        return Solved(self.integral(worst), worst, curve)
 
-        def add(inclination: float) -> None:
-            if inclination in rows or not 0.0 <= inclination <= 180.0:
-                return
-            integral = self.integral(arrangement.turned(inclination), finely=False)
-            expected = integral.expected()
-            rows[inclination] = FlownAttitude.read({
-                "inclination_deg": inclination, "roll_deg": 0.0, "expected": expected.distance,
-                "upper": expected.upper, "standard_error": expected.standard_error,
-                "direction_deg": expected.direction, "realisations": 0,
-            })  # fmt: skip
 
-        for inclination in np.arange(0.0, 180.0 + 0.5 * COARSE, COARSE).tolist():
-            add(inclination)
-        worst = -1.0
-        while worst != (worst := max(rows, key=lambda one: rows[one].expected or 0.0)):
-            add(worst - FINE)
-            add(worst + FINE)
-        turned = arrangement.turned(worst)
-        return Solved(self.integral(turned), turned, [rows[one] for one in sorted(rows)])
+def worst_attitude(
+    case: CaseTable, expected: Callable[[Turned], ExpectedDistance]
+) -> tuple[Turned, list[FlownAttitude]]:
+    """The attitude of the farthest distance that one round of revolution has, and the farthest by inclination.
+
+    In wind the nose points to every azimuth too; where the wind blows one way at all heights, to one side of it.
+    """
+    arrangement, wind = Arrangement(case), case.flight.wind
+    ways = {0.0} if wind.is_still else set(wind.directions or [wind.towards])
+    towards, one_way = math.degrees(next(iter(ways))), len(ways) == 1
+    rows: dict[tuple[float, float], FlownAttitude] = {}
+
+    def add(inclination: float, turn: float) -> None:
+        turn %= 360.0
+        if wind.is_still or inclination in (0.0, 180.0):
+            turn = 0.0
+        elif one_way:
+            turn = min(turn, 360.0 - turn)
+        if (inclination, turn) in rows or not 0.0 <= inclination <= 180.0:
+            return
+        azimuth = 0.0 if wind.is_still else towards + turn
+        found = expected(arrangement.turned(inclination, azimuth=azimuth))
+        rows[inclination, turn] = FlownAttitude.read({
+            "inclination_deg": inclination, "roll_deg": 0.0, "expected": found.distance,
+            "upper": found.upper, "standard_error": found.standard_error, "realisations": 0,
+            "direction_deg": None if found.direction is None else (found.direction - azimuth) % 360.0,
+        })  # fmt: skip
+
+    def reach(key: tuple[float, float]) -> float:
+        return rows[key].expected or 0.0
+
+    for inclination, turn in product(np.arange(0.0, 180.1, COARSE).tolist(), np.arange(0.0, 360.0, AZIMUTHS).tolist()):
+        add(inclination, turn)
+    worst = (-1.0, 0.0)
+    while worst != (worst := max(sorted(rows), key=reach)):
+        for step in (-FINE, FINE):
+            add(worst[0] + step, worst[1])
+        for step in (-AZIMUTH, AZIMUTH):
+            add(worst[0], worst[1] + step)
+    farthest = {key[0]: rows[key] for key in sorted(rows, key=reach)}
+    turned = arrangement.turned(worst[0], azimuth=0.0 if wind.is_still else towards + worst[1])
+    return turned, [farthest[one] for one in sorted(farthest)]
 
 
 @dataclass(frozen=True, eq=False)

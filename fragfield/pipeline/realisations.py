@@ -82,7 +82,7 @@ class Realisations:
         self.prepare()
         assert self._prepared is not None
         if method == "weighted_fragments":
-            return WeightedFlights(job.case, self._prepared, job.cores).solve(), method, reason
+            return WeightedFlights(job.case, self._prepared, job.cores).solve(job.attitude), method, reason
         intensity = self._prepared.intensity()
         solved = (
             None if intensity is None else Integrand(job.case, intensity, job.cores, job.sample).solve(job.attitude)

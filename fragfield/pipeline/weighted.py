@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 import warnings
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -20,17 +20,22 @@ from flight.hazard.weighted import count_weighted, expected_of
 from fragfield.case.conversion.attitude import is_mixed
 from fragfield.case.conversion.clearance import min_clearance
 from fragfield.case.conversion.rounds import placed
+from fragfield.case.conversion.turned import Arrangement
 from fragfield.pipeline.flown import above_ground
-from fragfield.pipeline.integral import Solved
+from fragfield.pipeline.integral import Solved, worst_attitude
+from transition.placement.isometry import Isometry
+from transition.weighted import unit_points
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from flight.fragments import Fragments
+    from flight.hazard.density.distance import ExpectedDistance
     from flight.hazard.weighted import WeightedCounts
     from fragfield.case import CaseTable
+    from fragfield.case.conversion.turned import Turned
     from transition import BreakUp
-    from transition.weighted import WeightedFragments
+    from transition.weighted import Casings, WeightedFragments
 
 
 SETS = 8
@@ -38,6 +43,8 @@ POINTS = 2**15
 """Fragments of a set for each round, where `hazard.tolerance` is `USUAL`; in inverse proportion to it."""
 USUAL = 0.02
 _FEWEST, _MOST = 2**10, 2**17
+SEARCHED = 8
+"""Times fewer of them where the worst attitude is searched."""
 _EXPANSION = 1.0  # m of two casings until they break up, with room
 MET, _MORE = 24, 8
 """Realisations whose fragments meet: the fewest for the usual tolerance, and the fewest more."""
@@ -47,7 +54,11 @@ _SEED = 0x5EED
 
 def why_not_weighted(case: CaseTable) -> str:
     """Why the expected density of a resolved case that is not integrated is taken from realisations; or empty."""
-    return "rounds of any attitude" if is_mixed(case) else ""
+    if not is_mixed(case):
+        return ""
+    if case.exposed:
+        return "exposed sites beside rounds of any attitude"
+    return "" if Arrangement(case).even else "several rounds of any attitude, or one that is not of revolution"
 
 
 def may_meet(case: CaseTable) -> bool:
@@ -69,22 +80,42 @@ def fragments_of_set(case: CaseTable, rounds: int) -> int:
 
 @dataclass(frozen=True, eq=False)
 class WeightedFlights:
-    """Flights of weighted fragments of a case as its rounds stand."""
+    """Flights of weighted fragments of a case."""
 
     case: CaseTable
     broken: BreakUp
     threads: int
 
-    def solve(self) -> Solved:
-        """The expected density."""
+    def solve(self, attitude: Turned | None = None) -> Solved:
+        """The expected density in an attitude, or as the rounds stand; of mixed ones, left out, in the worst of all.
+
+        The worst is chosen by fewer fragments of other sets, so that it is not the one whose noise is largest.
+        """
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", FlightWarning)  # reported for the realisations
-            if may_meet(self.case):
+            if attitude is None and is_mixed(self.case):
+                number = fragments_of_set(self.case, 1) // SEARCHED
+                casings = [self.broken.casings(one) for one in range(SETS, 2 * SETS)]
+
+                def expected(turned: Turned) -> ExpectedDistance:
+                    return self._turned(turned, casings, number, SETS).integral.expected()
+
+                worst, curve = worst_attitude(self.case, expected)
+                return replace(self.solve(worst), curve=curve)
+            if attitude is None and may_meet(self.case):
                 return self._met()
-            number = fragments_of_set(self.case, len(self.broken.rounds))
-            return self._solved(
-                [self._flown(one, self.broken.weighted(one, number), self.threads) for one in range(SETS)]
-            )
+            casings = [self.broken.casings(one) for one in range(SETS)]
+            return self._turned(attitude, casings, fragments_of_set(self.case, len(self.broken.rounds)))
+
+    def _turned(self, attitude: Turned | None, casings: Sequence[Casings], number: int, first: int = 0) -> Solved:
+        """By so many fragments of sets with the numbers from `first` on."""
+        motion = None if attitude is None else Isometry(attitude.matrix, attitude.shift)
+        own = self if attitude is None else replace(self, case=attitude.case)
+        parts = [
+            own._flown(one, casing.at(unit_points(one, number), motion), self.threads)
+            for one, casing in enumerate(casings, start=first)
+        ]
+        return replace(own._solved(parts), attitude=attitude)
 
     def _solved(self, parts: Sequence[WeightedCounts]) -> Solved:
         from flight.hazard.density.directions import Directions

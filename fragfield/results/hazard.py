@@ -78,6 +78,7 @@ class Attitude(Part):
     base_height: float | None = out("Lowest base over the ground", "m")
     worst_inclination_deg: float | None = out("Of `any`: inclination of the worst attitude", "deg")
     worst_roll_deg: float | None = out("Of `any`: its roll", "deg")
+    worst_azimuth_deg: float | None = out("Of `any` in wind: the azimuth of its nose", "deg", default=None)
     curve: tuple[FlownAttitude, ...] = out("Of `any`: distance by attitude")
 
 

@@ -11,6 +11,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Literal
 
 from fragfield.case.conversion.surroundings import bearing_of, direction_words
+from fragfield.case.conversion.symmetry import all_azimuths_alike
 from fragfield.case.faults import Fault
 from fragfield.results.hazard import Attitude
 
@@ -92,16 +93,22 @@ def _mixed_faults(case: CaseTable) -> Iterator[Fault]:
         "a ground plane or a wall in the burst (plane)": any(plane.kind != "symmetry" for plane in case.plane),
         "obstacles (obstacle)": bool(case.obstacle),
         "a map of heights (flight.ground.map)": case.flight.ground.map is not None,
-        "wind (flight.wind)": not case.flight.wind.is_still,
     }
     for what, present in fixed.items():
         if present:
             yield Fault(
                 key,
                 f"{found} together with {what}, which does not turn with the rounds: the worst attitude is found for a "
-                "burst in the open, over flat ground in still air, and its distance holds in every direction; "
+                "burst in the open, over flat ground, and its distance holds in every direction; "
                 f"allowed: without it, {_INSTEAD}",
             )
+    if not case.flight.wind.is_still and (case.exposed or case.stack or not all_azimuths_alike(case)):
+        what = "exposed sites" if case.exposed else "several rounds, or one that is not of revolution"
+        yield Fault(
+            key,
+            f"{found} together with wind (flight.wind) and {what}, for which its attitudes are too many; allowed: one "
+            f"round of revolution without exposed sites, or {_INSTEAD.removeprefix('or ')}",
+        )
 
 
 def _site_faults(case: CaseTable, key: str, found: str) -> Iterator[Fault]:
@@ -156,6 +163,8 @@ def attitude_words(part: Attitude) -> str:
         words += ", the distance is that of the worst"
         if part.worst_inclination_deg is not None:
             words += f": inclined by {part.worst_inclination_deg:g} deg from upright"
+            if part.worst_azimuth_deg is not None:
+                words += f", nose to azimuth {part.worst_azimuth_deg:g} deg"
             if part.worst_roll_deg:
                 words += f", rolled by {part.worst_roll_deg:g} deg"
     if part.base_height is not None:

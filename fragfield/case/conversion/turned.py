@@ -37,7 +37,8 @@ class Turned:
 
     inclination: float
     roll: float
-    """Degrees: of the arrangement's vertical from upright, towards +x; and about its vertical, before."""
+    azimuth: float
+    """Degrees: of the arrangement's vertical from upright, towards the azimuth; and about its vertical, before."""
     case: CaseTable
     """With the rounds' axes and positions, and planes of symmetry, as turned."""
     matrix: Array
@@ -92,12 +93,14 @@ class Arrangement:
             new = {_full(-one - 2.0 * mirror) for one in new for mirror in self.mirrors} - known
         return min(known)
 
-    def turned(self, inclination: float, roll: float = 0.0) -> Turned:
-        """The arrangement rolled about its vertical, then inclined towards +x (degrees), and lifted to the ground.
+    def turned(self, inclination: float, roll: float = 0.0, azimuth: float = 0.0) -> Turned:
+        """The arrangement rolled about its vertical, inclined towards an azimuth (degrees), and lifted to the ground.
 
         The height of the centre of the casings stays unless a casing would reach below the ground.
         """
-        matrix = _about(1, math.radians(inclination)) @ _about(2, math.radians(roll))
+        matrix = (
+            _about(2, math.radians(azimuth)) @ _about(1, math.radians(inclination)) @ _about(2, math.radians(roll))
+        )
         shift = self.centre - matrix @ self.centre
         ground = ground_height(self.case, float(self.centre[0]), float(self.centre[1]))
         shift[2] += max(0.0, ground - self._lowest(matrix, shift))
@@ -121,7 +124,7 @@ class Arrangement:
             for plane in self.case.plane
         ]
         case = self.case.model_copy(update={"round": rounds, "plane": planes})
-        return Turned(inclination, roll, case, matrix, shift)
+        return Turned(inclination, roll, azimuth, case, matrix, shift)
 
     def _lowest(self, matrix: Array, shift: Array) -> float:
         return min(
