@@ -11,14 +11,16 @@ import inspect
 from dataclasses import dataclass
 from typing import Any, Literal
 
-import basix
 import numpy as np
-import ufl
-from dolfinx import fem
-from dolfinx.mesh import CellType, create_box
 from mpi4py import MPI
 
 from burst_fenicsx import compat
+
+# isort: split
+import basix
+import ufl
+from dolfinx import fem
+from dolfinx.mesh import CellType, create_box
 
 __all__ = ["Material", "PlainBox", "straining_box"]
 

@@ -80,7 +80,7 @@ def _main() -> None:
     from burst_fenicsx.simulation import Simulation
     from fragfield.case import load_case
     from fragfield.case.conversion.rounds import burst_rounds
-    from fragfield.case.conversion.stages import burst_settings
+    from fragfield.case.problem import burst_settings
 
     numba.set_num_threads(1)
     case, comm = load_case(_PAIR, {"burst.cell_size": _SIZE}), MPI.COMM_WORLD

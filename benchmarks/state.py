@@ -18,7 +18,7 @@ from burst_fenicsx.problem import Part
 from burst_fenicsx.simulation import Simulation
 from fragfield.case import load_case
 from fragfield.case.conversion.rounds import burst_rounds
-from fragfield.case.conversion.stages import burst_settings
+from fragfield.case.problem import burst_settings
 
 if TYPE_CHECKING:
     from burst_fenicsx.problem import Quadrature

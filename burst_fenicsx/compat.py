@@ -1,19 +1,25 @@
-"""The only module that knows dolfinx's versions (0.5.2 of Debian 12, 0.9 of Debian 13, up to 0.11)."""
+"""The only module that knows dolfinx's versions (0.5.2 of Debian 12, 0.9 of Debian 13, up to 0.11) and its wheel.
+
+The wheel needs an order of imports: its libraries find MPI's only once mpi4py has loaded it, and where numba is loaded
+`dolfinx.fem.petsc` puts its HDF5 in the way of an h5py that comes later.
+"""
 
 from __future__ import annotations
 
 import logging
 from typing import TYPE_CHECKING, Any
 
-import dolfinx
+import h5py  # noqa: F401
 import numpy as np
+from mpi4py import MPI
+
+# isort: split
+import dolfinx
 import ufl
 from dolfinx import fem, la, mesh
 
 if TYPE_CHECKING:
     from collections.abc import Callable
-
-    from mpi4py import MPI
 
 
 _VERSION = tuple(int(part) for part in dolfinx.__version__.split(".")[:2])

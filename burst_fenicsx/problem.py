@@ -6,13 +6,14 @@ What stands at a field is its entry in the case reference: unit, bounds with the
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from enum import IntEnum
 from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
 from burst_fenicsx.substances import CasingMaterial, Explosive, JonesWilkinsLee, ProductModel
 from fragfield_base.bounds import Bounds, OnlyWith
-from fragfield_base.inputs import PositiveLength, Pressure, Quantity, Time
+from fragfield_base.inputs import Offset, PositiveLength, PositivePressure, Pressure, Quantity, Time
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -63,29 +64,30 @@ class Part(IntEnum):
 
 @dataclass(frozen=True)
 class IgnitionPoint:
-    """A point that initiates the charge.
-
-    `station` is measured along the axis from the nose end of the round (m), `offset` is the place
-    across the axis (m); `delay` is the time at which the point fires (s).
-    """
+    """A point that initiates the charge."""
 
     station: float
-    offset: tuple[float, float] = (0.0, 0.0)
-    delay: float = 0.0
+    """Position along the axis from the nose end of the round (m)."""
+    offset: Annotated[Offset, Bounds(-100.0, 100.0, "no round is 100 m wide")] = (0.0, 0.0)
+    """Position across the axis."""
+    delay: Annotated[
+        float, Quantity("s", "0 us", minimum=0.0), Bounds(0.0, 0.1, "a burst is over within milliseconds")
+    ] = 0.0
+    """Time at which the point fires."""
 
 
 @dataclass(frozen=True)
 class ShockInitiation:
-    """Initiation of a charge by a neighbour's shock: a cell ignites once its pressure has been held.
+    """Initiation of the charge by the shock of a neighbour: every cell pressed hard and long enough ignites."""
 
-    `pressure` (Pa) is the threshold, `duration` (s) how long a cell must stay above it without a break; with an
-    infinite pressure nothing ignites, and what the shock does to the charge is reported (`exposure`). Pulses below
-    `floor` (Pa) do not count there.
-    """
-
-    pressure: float
-    duration: float = 0.0
-    floor: float = 1e9
+    pressure: float = math.inf
+    """Pressure that a cell must hold (Pa); infinite: nothing ignites, and what the shock does is reported."""
+    duration: Annotated[
+        float, Quantity("s", "0.2 us", minimum=0.0), Bounds(0.0, 1e-3, "shocks last microseconds", usual=(0.0, 2e-5))
+    ] = 0.0
+    """Time for which it must hold it without a break."""
+    floor: PositivePressure = 1e9
+    """Pressure below which a pulse does not count for the energy that is reported against the critical one."""
 
 
 @dataclass(frozen=True)

@@ -11,12 +11,16 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
+import h5py  # noqa: F401
 import numpy as np
+from mpi4py import MPI
+
+# isort: split
+# PyPI's wheel of dolfinx needs both to be loaded before it.
 import ufl
 from dolfinx import fem, mesh
 from dolfinx.fem.petsc import assemble_vector
 from matplotlib.figure import Figure
-from mpi4py import MPI
 
 import flight
 from transition import BreakUpSettings, CasingInMesh, break_up, snapshot_of

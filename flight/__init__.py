@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from flight.integrate.fly import fly, range_table
     from flight.integrate.integrator import Adaptive, Domain, FixedStep
     from flight.integrate.job import FlightProgress
+    from flight.path import DANGER, FlightPath
     from flight.result import FlightResult
     from flight.rows import CONTACTS, HITS, LANDING, OBSTACLE_HITS, Status, Trajectories, to_pandas
     from flight.scene.air import VACUUM, ConstantAir, StandardAtmosphere
@@ -35,6 +36,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "CONTACTS",
+    "DANGER",
     "HITS",
     "LANDING",
     "OBSTACLE_HITS",
@@ -49,6 +51,7 @@ __all__ = [
     "Domain",
     "Drag",
     "FixedStep",
+    "FlightPath",
     "FlightProgress",
     "FlightResult",
     "FlightWarning",
@@ -83,6 +86,7 @@ __getattr__, __dir__ = lazy_names(
         "flight.integrate.contact": "Contact",
         "flight.integrate.fly": "FlightProgress fly range_table",
         "flight.integrate.integrator": "Adaptive Domain FixedStep",
+        "flight.path": "DANGER FlightPath",
         "flight.result": "FlightResult",
         "flight.rows": "CONTACTS HITS LANDING OBSTACLE_HITS Status Trajectories to_pandas",
         "flight.scene.air": "VACUUM ConstantAir StandardAtmosphere",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from functools import lru_cache
 from importlib import resources
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -83,8 +84,7 @@ class Drag:
         """Return a built-in table: shell_fragment, sphere, cube_face_on or cube_corner_on."""
         if name not in BUILT_IN:
             raise InputError(f"drag: unknown table {name!r}{names_allowed(name, BUILT_IN)}, or give a .csv file")
-        with resources.as_file(resources.files("flight") / "data" / "drag" / BUILT_IN[name]) as path:
-            return cls._from_file(path, name)
+        return _built_in(name)
 
     @classmethod
     def read(cls, path: str | Path) -> Drag:
@@ -153,6 +153,12 @@ class Drag:
         # the lower edge as the kernel's rounding may see it; the entry in the bin is found by comparison
         lower = (np.arange(bins) - 1e-9) * width
         return rows, np.searchsorted(self.mach, lower, side="right").astype(np.int64), 1.0 / width
+
+
+@lru_cache(maxsize=len(BUILT_IN))
+def _built_in(name: str) -> Drag:
+    with resources.as_file(resources.files("flight") / "data" / "drag" / BUILT_IN[name]) as path:
+        return Drag._from_file(path, name)
 
 
 def _fault(mach: NDArray[np.float64], coefficient: NDArray[np.float64]) -> tuple[int, str] | None:

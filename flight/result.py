@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
@@ -15,11 +15,28 @@ from fragfield_base.errors import names_allowed
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from numpy.typing import NDArray
+    from numpy.typing import ArrayLike, NDArray
 
     from flight.fluence import Fluence
+    from flight.path import FlightPath
     from flight.scene.obstacles import Obstacle
+    from flight.scene.scene import Scene
     from flight.scene.targets import Witness
+
+
+_MOST_DRAWN = 100  # paths of a figure
+_ELSEWHERE = "path: this result was not flown here; needed: the result of flight.fly"
+
+
+class Flyer(Protocol):
+    """By whom fragments are flown again for their paths."""
+
+    scene: Scene
+    origin: tuple[float, float]
+
+    def paths(self, chosen: NDArray[np.int64]) -> Trajectories:
+        """Paths of fragments by their rows."""
+        ...
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -34,7 +51,7 @@ class FlightResult:
     hits : (h,) structured array of dtype `HITS`
         Every crossing of a witness surface before the first impact on the ground, by fragment and then time.
     trajectories : Trajectories
-        Paths of the sample asked for (may be empty).
+        Paths of the sample asked for (may be empty); `path` and `paths` give those of any fragment.
     witnesses : tuple
         The surfaces, in the order `hits["witness"]` counts.
     summary : dict
@@ -51,6 +68,8 @@ class FlightResult:
         Crossings of witness surfaces after an impact on the ground.
     ricochets : structured array of dtype `RICOCHETS`
         Every impact on the ground, first to last, of the fragments that ricochet off it, by fragment and then time.
+    job : Flyer, optional
+        By whom paths are flown again.
     """
 
     landing: NDArray[Any]
@@ -64,6 +83,7 @@ class FlightResult:
     fluence: Fluence | None = None
     ricochet_hits: NDArray[Any] = field(default_factory=lambda: np.zeros(0, dtype=HITS))
     ricochets: NDArray[Any] = field(default_factory=lambda: np.zeros(0, dtype=RICOCHETS))
+    job: Flyer | None = None
 
     def __repr__(self) -> str:
         return (
@@ -78,8 +98,7 @@ class FlightResult:
         others = [f"{number} {name}" for name, number in ends.items() if number and name != "landed"]
         lines += [f"  {', '.join(others)}"] if others else []
         if len(self.landed):
-            ended = self.landing["last_status"] == Status.LANDED
-            farthest = max(self.landed["distance"].max(), self.landing["last_distance"].max(where=ended, initial=0.0))
+            farthest = max(self.landed["distance"].max(), self.ended["last_distance"].max(initial=0.0))
             lines.append(f"  farthest landing {farthest:.4g} m")
         for index, witness in enumerate(self.witnesses):
             lines.append(f"  witness {witness.name}: {int((self.hits['witness'] == index).sum())} hits")
@@ -92,6 +111,60 @@ class FlightResult:
     def landed(self) -> NDArray[Any]:
         """Rows of `landing` whose fragment reached the ground."""
         return self.landing[self.landing["status"] == Status.LANDED]
+
+    @property
+    def ended(self) -> NDArray[Any]:
+        """Rows of `landing` whose fragment came to rest on the ground."""
+        return self.landing[self.landing["last_status"] == Status.LANDED]
+
+    def paths(self, fragments: ArrayLike) -> Trajectories:
+        """Paths of fragments by their rows, flown again: points of each from launch to its last landing."""
+        if self.job is None:
+            raise InputError(_ELSEWHERE)
+        chosen, number = np.atleast_1d(np.asarray(fragments)), len(self.landing)
+        inside = chosen.ndim == 1 and chosen.dtype.kind in "iu" and ((chosen >= 0) & (chosen < number)).all()
+        if chosen.size and not inside:
+            raise InputError(f"path: fragment is {fragments!r}, allowed: whole numbers from 0 to {number - 1}")
+        return self.job.paths(chosen.astype(np.int64))
+
+    def path(self, fragment: int) -> FlightPath:
+        """The path of one fragment as a function of time: `result.path(0)(1.5)` is its position and velocity at 1.5 s.
+
+        Raises InputError: there is no such fragment.
+        """
+        from flight.path import FlightPath
+
+        points = self.paths(fragment)
+        assert self.job is not None  # or there are no paths
+        mass = float(self.landing["mass"][fragment])
+        return FlightPath(mass, points.time, points.position, points.velocity, self.job.scene, self.job.origin)
+
+    def plot(self, fragments: ArrayLike | None = None) -> Any:  # noqa: ANN401 - matplotlib need not be there
+        """Draw paths from the side and from above, and where the fragments landed; matplotlib must be installed.
+
+        `fragments` are the rows whose paths are drawn; by default up to a hundred, evenly over all. Returns the
+        matplotlib figure.
+        """
+        if self.job is None:
+            raise InputError(_ELSEWHERE)
+        try:
+            import matplotlib.pyplot as plt
+        except ImportError:
+            raise InputError("plot needs matplotlib, which is not installed: pip install matplotlib") from None
+        number, origin = len(self.landing), self.job.origin
+        evenly = np.unique(np.linspace(0, number - 1, min(_MOST_DRAWN, number)).astype(int))
+        paths = self.paths(evenly if fragments is None else fragments)
+        figure, (side, plan) = plt.subplots(2, 1, figsize=(8.0, 9.0), height_ratios=(1, 2), layout="constrained")
+        for begin, end in zip(paths.start[:-1], paths.start[1:], strict=True):
+            x, y, z = paths.position[begin:end].T
+            side.plot(np.hypot(x - origin[0], y - origin[1]), z, color="0.5", linewidth=0.6)
+            plan.plot(x, y, color="0.75", linewidth=0.5)
+        for rows, name, label in ((self.landed, "position", "first impact"), (self.ended, "last_position", "at rest")):
+            plan.plot(*rows[name][:, :2].T, ".", markersize=2.0, label=f"{label} ({len(rows)})")
+        side.set(xlabel="distance (m)", ylabel="z (m)", title=f"{len(paths)} of {number} paths")
+        plan.set(xlabel="x (m)", ylabel="y (m)", aspect="equal")
+        plan.legend(loc="upper right")
+        return figure
 
     def hits_on(self, witness: int | str) -> NDArray[Any]:
         """Crossings of one witness surface, by index or name; all there are, not copied, where it is the only one."""

@@ -140,6 +140,22 @@ class Trajectories:
         return f"<flight.Trajectories: {len(self)} paths of {self.time.size} points>"
 
 
+@dataclass(frozen=True, eq=False)
+class Flown:
+    """What the fragments of a flight did: tables as of `flight.FlightResult`.
+
+    `hits` are crossings before the first impact on the ground, `ricochet_hits` those after it, `struck` impacts on
+    obstacles, `extremes` (n, 4) steps taken and rejected and the lowest and highest Mach number.
+    """
+
+    landing: NDArray[Any]
+    hits: NDArray[Any]
+    ricochet_hits: NDArray[Any]
+    struck: NDArray[Any]
+    ricochets: NDArray[Any]
+    extremes: NDArray[np.float32]
+
+
 def to_pandas(table: NDArray[Any]) -> Any:  # noqa: ANN401 - pandas need not be there
     """Return a structured array as a pandas frame (vectors become three columns); pandas must be installed."""
     import pandas as pd  # type: ignore[import-untyped,import-not-found,unused-ignore]

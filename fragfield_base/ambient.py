@@ -64,12 +64,14 @@ _FORCED = {
     "MPLBACKEND": "agg",
     "PETSC_OPTIONS": "-no_signal_handler",  # PETSc would take SIGHUP for itself, and end the process at once
     "PYTHONSAFEPATH": "1",
+    "UCX_DEBUG_SIGNO": "0",  # UCX, below MPICH and Open MPI, takes SIGHUP for its debugger
 }
 _ALONE = {
     # A single process needs no network, and no daemon of Open MPI's, which asks for ssh and for a temporary folder.
     "OMPI_MCA_btl": "self",
     "OMPI_MCA_ess_singleton_isolated": "1",
     "OMPI_MCA_pml": "ob1",
+    "UCX_TLS": "self",
 }
 _INSTALLED = ("site-packages", "dist-packages")
 _OBJECTS = 50_000

@@ -9,13 +9,10 @@ import math
 from dataclasses import dataclass
 from functools import cache
 from types import UnionType
-from typing import TYPE_CHECKING, Any, Literal, Union, get_args, get_origin, get_type_hints
+from typing import Literal, Union, get_args, get_origin, get_type_hints
 
 from fragfield_base.errors import names_allowed, show
 from fragfield_base.units import TABLE
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
 
 
 @dataclass(frozen=True)
@@ -43,12 +40,6 @@ class Bounds:
         """What is allowed, in words."""
         end = f"{self.high:g} {unit}".rstrip()
         return f"{'above ' if self.above else ''}{self.low:g} {'and below' if self.below else 'to'} {end}"
-
-    def __get_pydantic_json_schema__(self, schema: object, handler: Callable[[object], dict[str, Any]]) -> Any:  # noqa: ANN401
-        """For pydantic: the bounds beside the description of the field."""
-        described = handler(schema)
-        words = self.words(described.get("unit", "").removeprefix("1"))
-        return described | {"low": self.low, "high": self.high, "usual": self.usual, "why": self.why, "bounds": words}
 
 
 @dataclass(frozen=True)
@@ -84,10 +75,6 @@ class OnlyWith:
         if self.values:
             return f"found {found}; allowed: only with {self.key} = {' or '.join(show(one) for one in self.values)}"
         return f"found {found}; allowed: only with {'' if None in self.without else 'another '}{self.key}"
-
-    def __get_pydantic_json_schema__(self, schema: object, handler: Callable[[object], dict[str, Any]]) -> Any:  # noqa: ANN401
-        """For pydantic: the other key and its values beside the description of the field."""
-        return handler(schema) | {"only_with": {"key": self.key, "values": self.values, "without": self.without}}
 
 
 UNIT_BOUNDS = {unit: Bounds(one["low"], one["high"], one["why"]) for unit, one in TABLE["dimensions"].items()}

@@ -54,10 +54,6 @@ class Parsed:
         del context
         return value
 
-    def describe(self) -> dict[str, Any]:
-        """For the generated reference, and for forms."""
-        return {"allowed": self.allowed}
-
     def refuse(self, value: object) -> NotAllowedError:
         """The error for a value."""
         return NotAllowedError(f"found {show(value)}; allowed: {self.allowed}")
@@ -72,10 +68,6 @@ class Parsed:
         return core_schema.no_info_plain_validator_function(
             self.parse, serialization=core_schema.plain_serializer_function_ser_schema(write, info_arg=True)
         )
-
-    def __get_pydantic_json_schema__(self, schema: object, handler: object) -> dict[str, Any]:
-        """For pydantic: describe the field."""
-        return self.describe()
 
 
 @dataclass(frozen=True)
@@ -183,11 +175,6 @@ class Quantity(Parsed):
         number = value / read_measure(f"1 {unit}").value
         return f"{value:.10g} {self.symbol}" if abs(number) >= _LARGEST else f"{number:.10g} {unit}"
 
-    def describe(self) -> dict[str, Any]:
-        """For the generated reference, and for forms."""
-        words = {"words": list(self.words)} if self.words else {}
-        return {"type": "string", "unit": self.symbol, "allowed": self.allowed, "examples": [self.example], **words}
-
 
 @dataclass(frozen=True)
 class QuantityOrFile(Quantity):
@@ -233,10 +220,6 @@ class NumberOrWord(Parsed):
             return float(value)
         raise NotAllowedError(f"found {show(value)}{_hint(value, self.words)}; allowed: {self.allowed}")
 
-    def describe(self) -> dict[str, Any]:
-        """For the generated reference, and for forms."""
-        return {"allowed": self.allowed, "examples": [self.example, *self.words]}
-
 
 @dataclass(frozen=True)
 class Vector(Parsed):
@@ -275,11 +258,6 @@ class Vector(Parsed):
         """Components, each as a quantity is written."""
         component = self.component
         return value and [entry if component is None else component.written(entry, context) for entry in value]
-
-    def describe(self) -> dict[str, Any]:
-        """For the generated reference, and for forms."""
-        unit = self.component.symbol if self.component else "1"
-        return {"type": "array", "unit": unit, "allowed": self.allowed, "examples": [self.example]}
 
 
 Length = Annotated[float, Quantity("m", "155 mm")]

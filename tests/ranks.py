@@ -85,8 +85,10 @@ class Ranks:
 
 def mpirun_command(ranks: int, threads: int = 1) -> list[str]:
     """Command that starts so many ranks of so many threads, also where there are fewer cores."""
-    command = ["mpirun", "-n", str(ranks)]
-    if _is_open_mpi():
+    beside = Path(sys.executable).with_name("mpirun")  # of a wheel of MPI
+    launcher = str(beside) if beside.exists() else "mpirun"
+    command = [launcher, "-n", str(ranks)]
+    if _is_open_mpi(launcher):
         # A bound rank has one core, and then no second thread; beside other tests, others are on these cores.
         alone = "PYTEST_XDIST_WORKER" not in os.environ
         bound = alone and threads == 1 and ranks <= len(os.sched_getaffinity(0))
@@ -104,8 +106,8 @@ def mpirun_environment(threads: int = 1) -> dict[str, str]:
     return {**os.environ, "NUMBA_NUM_THREADS": str(threads), "OMP_NUM_THREADS": "1"} | waiting
 
 
-def _is_open_mpi() -> bool:
-    version = subprocess.run(["mpirun", "--version"], capture_output=True, text=True, check=False)
+def _is_open_mpi(launcher: str) -> bool:
+    version = subprocess.run([launcher, "--version"], capture_output=True, text=True, check=False)
     return "Open MPI" in version.stdout or "open-mpi" in version.stdout.lower()
 
 

@@ -6,11 +6,14 @@ would change the machine (apt-get, sudo), or whose answer is the case under test
 
 from __future__ import annotations
 
+import re
 import shutil
 import subprocess
 from pathlib import Path
 
 import pytest
+
+from tests.acts import ACTS, pytest_options
 
 ROOT = Path(__file__).resolve().parent.parent
 HARMLESS = ["cat", "cksum", "cut", "dirname", "env", "grep", "rm", "sed", "sh"]
@@ -19,7 +22,7 @@ DOLFINX_PYTHON = """
 case "$*" in
     *find_spec*) echo "{dolfinx} {python}" ;;
     *ensurepip*) exit {without_venv} ;;
-    *"-m venv"*) mkdir -p "$5/bin" "$5/lib" && cp "$0" "$5/bin/python" ;;
+    *"-m venv"*) for place in "$@"; do :; done; mkdir -p "$place/bin" "$place/lib" && cp "$0" "$place/bin/python" ;;
     *"-m pip"*) echo "Could not find a version" >&2; exit 1 ;;
 esac
 """
@@ -96,7 +99,7 @@ def test_unknown_act_gets_the_known_ones_listed(machine: Machine) -> None:
     done = machine.run("instal")
     assert done.returncode == 2
     assert 'unknown act "instal"' in done.stderr
-    for act in ("install", "demo", "test", "processors", "lint", "attack", "validate", "bench", "docs"):
+    for act in ("install", *ACTS):
         assert f"\n  {act} " in done.stderr
 
 
@@ -195,25 +198,61 @@ def test_active_environment_comes_before_debian(machine: Machine, variable: str)
 
 
 @pytest.mark.parametrize(
-    ("cores", "arguments", "called"),
+    ("cores", "arguments", "options"),
     [
-        (1, "", "-m pytest"),
-        (2, "", "-m pytest -n 2 --dist loadgroup"),
-        (16, "-k mott", "-m pytest -n 4 --dist loadgroup -k mott"),
-        (4, "-n 0", "-m pytest -n 0"),
-        (4, "--pdb", "-m pytest --pdb"),
-        (4, "tests/a.py::test_x", "-m pytest tests/a.py::test_x"),
+        (1, "", ""),
+        (2, "", "-n 2 --dist loadgroup"),
+        (16, "-k mott", "-n 4 --dist loadgroup -k mott"),
+        (4, "-n 0", "-n 0"),
+        (4, "--pdb", "--pdb"),
+        (4, "tests/a.py::test_x", "tests/a.py::test_x"),
     ],
 )
-def test_tests_run_side_by_side_on_up_to_four_cores(machine: Machine, cores: int, arguments: str, called: str) -> None:
+def test_tests_run_side_by_side_on_up_to_four_cores(cores: int, arguments: str, options: str) -> None:
     """One process where pytest's arguments say how many, or ask for a single test or the debugger."""
-    machine.tool("nproc", f"echo {cores}")
+    assert pytest_options(arguments.split(), cores) == options.split()
+
+
+def test_an_act_gets_its_arguments(machine: Machine) -> None:
     machine.dolfinx("0.9.0")
     python = machine.tools / "python3"
     pip = '*"-m pip"*) echo "Could not find a version" >&2; exit 1 ;;'
-    python.write_text(python.read_text().replace(pip, '*"-m pytest"*) echo "called $*" ;;'))
-    done = machine.run("test", *arguments.split())
-    assert done.stdout.splitlines()[-1] == f"called {called}", done.stdout + done.stderr
+    python.write_text(python.read_text().replace(pip, '*"-m tests.acts"*) echo "called $*" ;;'))
+    done = machine.run("test", "-k", "mott")
+    assert done.stdout.splitlines()[-1] == "called -m tests.acts test -k mott", done.stdout + done.stderr
+
+
+def test_every_act_that_the_script_knows_is_one(machine: Machine) -> None:
+    known = re.search(r"^    (install \| demo [a-z| ]+)\) ;;$", (ROOT / "setup.sh").read_text(), re.MULTILINE)
+    assert known
+    assert known[1].split(" | ") == ["install", *ACTS]
+    assert len((ROOT / "setup.sh").read_text().splitlines()) < 200
+
+
+@pytest.mark.parametrize(
+    ("release", "root"), [(("42", "fedora"), True), (("13", "debian"), False)], ids=["another system", "no root"]
+)
+def test_the_wheel_of_dolfinx_is_taken_where_debian_has_no_packages_to_give(
+    machine: Machine, release: tuple[str, str], *, root: bool
+) -> None:
+    """By a Python that it fits; one that is too old, or on another processor, is passed over."""
+    machine.debian(*release)
+    if not root:
+        machine.tool("id", "echo 1000")
+        machine.tool("dpkg-query", "exit 1")
+    machine.dolfinx("")
+    new = (machine.tools / "python3").rename(machine.tools / "python3.13")
+    new.write_text(
+        new.read_text()
+        .replace("*find_spec*) echo", "*find_spec*) exit 1; echo")
+        .replace("case", 'case "$*" in *python_version\\(\\)*) echo 3.13.1 ;; esac\ncase', 1)
+    )
+    machine.tool("python3", "exit 1")
+    done = machine.run()
+    assert f"dolfinx 0.11 of {new}, Python 3.13.1" in done.stdout, done.stdout + done.stderr
+    asked = (machine.project / ".venv" / "constraints.txt").read_text()
+    assert "dolfinx-solver-real==" in asked
+    assert not machine.apt_calls
 
 
 def test_an_environment_made_elsewhere_is_made_again(machine: Machine) -> None:

@@ -128,7 +128,7 @@ def _checked(mesh: Any, casings: Sequence[CasingInMesh], cell_tags: Any) -> tupl
             "a meridian"
         )
     cells = mesh.topology.index_map(mesh.topology.dim)
-    width = np.asarray(getattr(mesh.geometry.dofmap, "array", mesh.geometry.dofmap)).size
+    width = np.asarray(getattr(_nodes(mesh), "array", _nodes(mesh))).size
     width //= max(cells.size_local + cells.num_ghosts, 1)
     if width not in (0, nodes):
         raise InputError(f"mesh: found cells of {width} nodes; allowed: {nodes}, with straight edges")
@@ -139,6 +139,11 @@ def _checked(mesh: Any, casings: Sequence[CasingInMesh], cell_tags: Any) -> tupl
     return nodes, dimension
 
 
+def _nodes(mesh: Any) -> Any:  # noqa: ANN401
+    geometry = mesh.geometry
+    return geometry.dofmaps[0] if hasattr(geometry, "dofmaps") else geometry.dofmap  # from 0.11 on a list
+
+
 def _two_dimensional(dofmap: Any, cells: int, width: int) -> NDArray[np.int64]:  # noqa: ANN401
     """Rows of the cells that this rank owns; dolfinx before 0.7 has a list of lists."""
     return np.asarray(getattr(dofmap, "array", dofmap)).reshape(-1, width)[:cells].astype(np.int64)
@@ -147,7 +152,7 @@ def _two_dimensional(dofmap: Any, cells: int, width: int) -> NDArray[np.int64]: 
 def _cells(mesh: Any, nodes: int) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:  # noqa: ANN401
     """Numbers of the owned cells and of their nodes (n, nodes) as the mesh was given, and their nodes here."""
     owned = mesh.topology.index_map(mesh.topology.dim).size_local
-    corners = _two_dimensional(mesh.geometry.dofmap, owned, nodes)[:, list(VTK_ORDER[nodes])]
+    corners = _two_dimensional(_nodes(mesh), owned, nodes)[:, list(VTK_ORDER[nodes])]
     ids = np.asarray(mesh.topology.original_cell_index, dtype=np.int64)[:owned]
     return ids, np.asarray(mesh.geometry.input_global_indices, dtype=np.int64)[corners], corners
 

@@ -92,6 +92,11 @@ CASES = {
         "Flight alone repeats the table to 150 ft; from the burst there are a quarter more hazardous fragments than in "
         "1944, so that the distance is on the long side.",
     ),
+    "peers": Case(
+        ("flight",),
+        "Two other programs fly the same fragments to the same places in the same air; what differs in the standard's "
+        "air is in theirs. Paths and air add nothing to the error of a distance.",
+    ),
     "attitudes": Case(
         ("burst", "break_up", "flight"),
         "The distance changes by some per cent with the cells and by less than a tenth with some degrees of lean; the "

@@ -226,7 +226,7 @@ def snapshot_of(path: Path) -> Iterator[h5py.File]:
 def break_up_of(folder: Path) -> BreakUpSettings:
     """Settings of the break-up of a run's case."""
     from fragfield.case import read_resolved
-    from fragfield.case.conversion.stages import break_up_settings
+    from fragfield.case.problem import break_up_settings
 
     return break_up_settings(read_resolved(folder / "case.toml"))
 

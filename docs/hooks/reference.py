@@ -8,12 +8,14 @@ import math
 import re
 import tomllib
 from itertools import groupby
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal, get_args, get_origin
 
+from pydantic import BaseModel
 from typer.main import get_command
 
 from burst_fenicsx.data import DATA_DIRECTORY
 from fragfield.case import CaseTable
+from fragfield.case.keys import Key, keys_of, kind_of
 from fragfield.cli import app
 from fragfield.quantities import QUANTITIES
 from fragfield.results.summary import described
@@ -27,8 +29,8 @@ __all__ += ["summary_reference"]
 
 Schema = dict[str, Any]
 _SECTIONS = ("Parameters", "Attributes", "Returns", "Yields", "Raises", "Notes", "Examples")
-_LIMITS = {"exclusiveMinimum": "greater than", "minimum": "at least", "exclusiveMaximum": "less than",
-           "maximum": "at most"}  # fmt: skip
+_LIMITS = {"gt": "greater than", "ge": "at least", "lt": "less than", "le": "at most"}
+_TYPES = {int: "a whole number", float: "a number", str: "text", bool: "`true` or `false`"}
 
 
 def cell(text: str) -> str:
@@ -50,83 +52,66 @@ def rows(head: str, body: Iterable[Iterable[str]]) -> str:
 
 def case_reference() -> str:
     """Every table of the case file, as Markdown."""
-    schema = CaseTable.model_json_schema()
-    parts = [_table(schema, "", "Top level")]
-    parts += [_table(table, path, title) for path, title, table in _tables(schema["properties"], schema["$defs"])]
+    parts = [_table(CaseTable, "", "Top level"), *_tables(CaseTable)]
     return "\n\n".join(parts)
 
 
-def _tables(properties: Schema, definitions: Schema, path: str = "") -> Iterator[tuple[str, str, Schema]]:
-    """Key path, title and schema of the tables that the properties of another may hold, each before those within it."""
-    for key, entry in properties.items():
-        names, listed = _references(entry)
-        for name in names:
-            table = definitions[name]
-            below = f"{path}.{key}" if path else key
-            kind = table["properties"].get("kind", {}).get("const") if len(names) > 1 else None
-            brackets = f"[[{below}]]" if listed else f"[{below}]"
-            yield below, f'{brackets} with kind = "{kind}"' if kind else brackets, table
-            yield from _tables(table["properties"], definitions, below)
+def _tables(above: type[BaseModel], path: str = "") -> Iterator[str]:
+    """The tables that the keys of another may hold, each before those within it."""
+    for key in keys_of(above, path):
+        for table in key.tables:
+            kind = kind_of(table) if len(key.tables) > 1 else ""
+            brackets = f"[[{key.path}]]" if key.listed else f"[{key.path}]"
+            yield _table(table, key.path, f'{brackets} with kind = "{kind}"' if kind else brackets)
+            yield from _tables(table, key.path)
 
 
-def _references(entry: Schema) -> tuple[list[str], bool]:
-    """Names of the tables that a value may be, and whether it is a list of them."""
-    if "$ref" in entry:
-        return [entry["$ref"].rpartition("/")[2]], False
-    if "items" in entry:
-        return _references(entry["items"])[0], True
-    choices = [_references(choice) for choice in (*entry.get("anyOf", ()), *entry.get("oneOf", ()))]
-    return [name for names, _ in choices for name in names], any(listed for _, listed in choices)
-
-
-def _table(table: Schema, path: str, title: str) -> str:
-    required = table.get("required", [])
-    words = cell(table["description"]) if path else "Keys that stand before the first table."
+def _table(table: type[BaseModel], path: str, title: str) -> str:
+    words = cell(inspect.getdoc(table) or "") if path else "Keys that stand before the first table."
     body = [
-        (f"`{key}`", cell("; ".join([_allowed(entry), *filter(None, [entry.get("bounds")])])),
-         "needed" if key in required else cell(_default(entry)),
-         cell(entry.get("description") or f"See `{path}.{key}`."))
-        for key, entry in table["properties"].items()
-        if path or not _references(entry)[0]
+        (f"`{key.name}`", cell("; ".join([_allowed(key), *([key.bounds.words(key.unit)] if key.bounds else [])])),
+         "needed" if key.needed else cell(_default(key)), cell(key.meaning or f"See `{key.path}`."))
+        for key in keys_of(table, path)
+        if path or not key.tables
     ]  # fmt: skip
     return f"{'###' if '.' in path else '##'} {title}\n\n{words}\n\n{rows('key, value, default, meaning', body)}"
 
 
-def _allowed(entry: Schema) -> str:
+def _allowed(key: Key) -> str:
     """What a value may be, in words."""
-    if "allowed" in entry:
-        return re.sub(r' with its unit as a string, for example ("[^"]*")', r", for example `\1`", entry["allowed"])
-    choices = [choice for choice in (*entry.get("anyOf", ()), *entry.get("oneOf", ())) if choice.get("type") != "null"]
-    if choices:
-        return " or ".join(_allowed(choice) for choice in choices)
-    if "const" in entry or "enum" in entry:
-        return ", ".join(f"`{_toml(value)}`" for value in entry.get("enum", [entry.get("const")]))
-    if entry.get("type") == "array":
-        return f"a list, each {_allowed(entry['items'])}"
-    words = {"integer": "a whole number", "number": "a number", "string": "text", "boolean": "`true` or `false`"}
-    limits = [f"{words} {entry[key]:g}" for key, words in _LIMITS.items() if entry.get(key, math.inf) < 1e9]
-    return words.get(entry.get("type", ""), "a table") + (", " + " and ".join(limits) if limits else "")
+    if key.parsed is not None:
+        words = re.sub(r' with its unit as a string, for example ("[^"]*")', r", for example `\1`", key.allowed)
+    else:
+        limits = [f"{words} {getattr(mark, name):g}" for mark in key.marks for name, words in _LIMITS.items()
+                  if getattr(mark, name, math.inf) < 1e9]  # fmt: skip
+        limited = f", {' and '.join(limits)}" if limits else ""
+        words = " or ".join(
+            f"`{'`, `'.join(map(_toml, get_args(part)))}`" if get_origin(part) is Literal
+            else _TYPES.get(part, "a table") + (limited if part in (int, float) else "")
+            for part in key.types
+        )  # fmt: skip
+    return f"a list, each {words}" if key.listed else words
 
 
-def _default(entry: Schema) -> str:
-    value, unit = entry.get("default"), entry.get("unit", "")
-    if value is None or isinstance(value, dict):
+def _default(key: Key) -> str:
+    value, unit = key.default, key.unit
+    if value is None or isinstance(value, BaseModel):
         return "-"
     if isinstance(value, (list, tuple)):
         return f"`[{', '.join(_with_unit(item, unit) for item in value)}]`"
     return f"`{_with_unit(value, unit)}`"
 
 
-def _with_unit(value: Any, unit: str) -> str:  # noqa: ANN401 - whatever a schema holds
+def _with_unit(value: Any, unit: str) -> str:  # noqa: ANN401 - whatever a key holds
     """A default as the file would write it; angles in degrees, densities of hazard as one over an area."""
-    if isinstance(value, (str, bool)) or unit in ("", "1"):
+    if isinstance(value, (str, bool)) or not unit:
         return _toml(value)
     if unit == "rad":
         return f'"{math.degrees(value):.6g} deg"'
     return f'"1 / ({1.0 / value:.6g} m^2)"' if unit == "1/m^2" else f'"{value:.6g} {unit}"'
 
 
-def _toml(value: Any) -> str:  # noqa: ANN401 - whatever a schema holds
+def _toml(value: Any) -> str:  # noqa: ANN401 - whatever a key holds
     if isinstance(value, bool):
         return "true" if value else "false"
     return f'"{value}"' if isinstance(value, str) else f"{value:.6g}"

@@ -10,11 +10,14 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-import ufl
-from dolfinx import fem
 from mpi4py import MPI
 
 from burst_fenicsx import compat
+
+# isort: split
+import ufl
+from dolfinx import fem
+
 from burst_fenicsx.materials.library import load_casing
 from burst_fenicsx.meshing import HexahedralMesh
 from burst_fenicsx.problem import BurstSettings, Hourglass, Leakage, TimeStep, Viscosity

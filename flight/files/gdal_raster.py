@@ -60,8 +60,9 @@ def own_environment() -> Iterator[None]:
 
 
 def _refuse_second_libraries(path: Path) -> None:
-    """Refuse PyPI's rasterio once dolfinx is loaded: the libraries that its wheel brings break beside dolfinx's."""
-    found = None if "rasterio" in sys.modules or "dolfinx" not in sys.modules else find_spec("rasterio")
+    """Refuse PyPI's rasterio once another dolfinx than PyPI's is loaded: the libraries of both break each other."""
+    apart = "dolfinx" in sys.modules and "rasterio" not in sys.modules and find_spec("dolfinx_solver") is None
+    found = find_spec("rasterio") if apart else None
     if found is not None and found.origin and Path(found.origin).parent.with_name("rasterio.libs").is_dir():
         raise InputError(
             f"{path}: found rasterio from PyPI beside dolfinx, whose libraries do not go together; needed: both from "

@@ -18,10 +18,10 @@ if TYPE_CHECKING:
 
 
 INSTALL = (
-    "apt-get install python3-rasterio python3-pyproj proj-bin, or conda install -c conda-forge rasterio pyproj: from "
-    "where dolfinx comes from (flight alone, without dolfinx: pip install 'fragfield-flight[terrain]')"
+    "apt-get install python3-rasterio python3-pyproj proj-bin, or conda install -c conda-forge rasterio pyproj, or pip "
+    "install rasterio pyproj: from where dolfinx comes from (any of them without dolfinx)"
 )
-"""How the libraries of the extra `terrain` are installed: PyPI's wheels do not go together with dolfinx."""
+"""How the libraries of the extra `terrain` are installed: those of PyPI go with PyPI's dolfinx alone."""
 MOST_NODES = 200_000_000
 _HUGE = 1e30  # no height; what is beyond is a sentinel, of which programs print 6 to 18 digits
 _SINGLE = 1e-6  # relative: sentinels are stored in single precision and written with seven digits or more

@@ -203,15 +203,17 @@ class PooledFlights:
         """The distance by all legs of the flights."""
         return expected_distance(self.groups, self.criteria.density)
 
+    def distance(self) -> ExpectedDistance:
+        """The same with that before the first impact on the ground, where fragments ricochet."""
+        short = None if self._short is None else expected_distance(self._short, self.criteria.density)
+        return replace(self.expected(), without_ricochet=short)
+
     def hazard(self, tolerance: float = TOLERANCE, *, integral: Integral | None = None) -> EnsembleHazard:
         """The hazard over all realisations; InputError where there is none.
 
         The distance is that of an `integral`, where one is given.
         """
-        found = self.expected() if integral is None else integral.expected()
-        if self._short is not None and integral is None:
-            short = expected_distance(self._short, self.criteria.density)
-            found = replace(found, without_ricochet=short)
+        found = self.distance() if integral is None else integral.expected()
         alone = Estimate(self.groups, self.criteria.density)
         events = np.array([alone.alone(one) for one in self._events])
         counts, reason = Tally.join(self._tallies), self.completeness.reason

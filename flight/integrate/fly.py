@@ -11,6 +11,7 @@ import numpy as np
 from flight.arguments import real_array, require_number
 from flight.drag import Drag
 from flight.errors import DragTableWarning, FlightWarning, InputError
+from flight.fluence import FluenceGrid, Weights
 from flight.fragments import Fragments, shaped
 from flight.integrate.contact import Contact, Encounters
 from flight.integrate.integrator import Adaptive, Domain, FixedStep
@@ -20,8 +21,11 @@ from flight.result import FlightResult
 from flight.rows import Status
 from flight.scene.air import STANDARD_GRAVITY, Air, ConstantAir, StandardAtmosphere
 from flight.scene.height_map import HeightMap
-from flight.scene.ricochet import Ricochet
+from flight.scene.obstacles import Barricade, Building, Wall
+from flight.scene.ricochet import DEFAULT, Ricochet
 from flight.scene.scene import Scene
+from flight.scene.targets import Cylinder, Panel, Polygon
+from flight.scene.wind import Wind
 from flight.shape import DEFAULT_SHAPE_FACTOR, describe
 from fragfield_base.cores import cores
 from fragfield_base.errors import names_allowed
@@ -32,14 +36,14 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, NDArray
 
-    from flight.fluence import FluenceGrid, Weights
     from flight.integrate.integrator import Integrator
+    from flight.rows import Flown
     from flight.scene.obstacles import Obstacle
     from flight.scene.targets import Witness
-    from flight.scene.wind import Wind
     from flight.shape import Shape
 
 
+_OR_NONE, _WIND = " or None", ", such as flight.Wind.constant(5.0, towards_deg=90.0), or None"
 _HEAVY = 5.0  # kg: where no fragment is lighter, grams may have been meant
 RANGES = np.dtype(
     [
@@ -63,9 +67,9 @@ def fly(
     gravity: float = STANDARD_GRAVITY,
     wind: Wind | None = None,
     ground: float | HeightMap | None = 0.0,
-    ricochet: Ricochet | str | None = "soft_soil",
-    obstacles: Sequence[Obstacle] = (),
-    witnesses: Sequence[Witness] = (),
+    ricochet: Ricochet | str | None = DEFAULT,
+    obstacles: Obstacle | Sequence[Obstacle] = (),
+    witnesses: Witness | Sequence[Witness] = (),
     integrator: Integrator | None = None,
     contact: Contact | None = None,
     shape: Shape | None = None,
@@ -93,15 +97,15 @@ def fly(
     gravity : float
         Downward acceleration (m/s2).
     wind : Wind, optional
-        Horizontal wind.
+        Horizontal wind; a speed alone has no direction and is refused.
     ground : float, HeightMap or None
         Height of flat ground (m), a map of heights, or no ground.
     ricochet : Ricochet, str or None
-        How fragments ricochet off the ground, or the kind of ground (`flight.scene.ricochet.KINDS`); "none" or None:
-        they stay where they land.
-    obstacles : sequence of Wall, Barricade or Building
+        How fragments ricochet off the ground, or the kind of ground (`flight.scene.ricochet.KINDS`), by default
+        "soft_soil" as everywhere here; "none" or None: they stay where they land.
+    obstacles : Wall, Barricade or Building, or a sequence of them
         What stops fragments, or lets them ricochet.
-    witnesses : sequence of Cylinder, Panel or Polygon
+    witnesses : Cylinder, Panel or Polygon, or a sequence of them
         Surfaces that record every crossing: those up to the first impact on the ground as `hits`, later ones as
         `ricochet_hits`.
     integrator : Adaptive or FixedStep
@@ -142,8 +146,14 @@ def fly(
     began = time.perf_counter()
     drag = Drag.of(drag)
     integrator = Adaptive() if integrator is None else integrator
-    _check(gravity, time_limit, origin, threads, integrator)
-    scene = Scene(ground, Ricochet.of(ricochet), tuple(obstacles))
+    _check_kinds(
+        fragments=(fragments, Fragments, ""), wind=(wind, Wind, _WIND), domain=(domain, Domain, _OR_NONE),
+        contact=(contact, Contact, _OR_NONE), fluence=(fluence, FluenceGrid, _OR_NONE),
+        weights=(weights, Weights, _OR_NONE),
+    )  # fmt: skip
+    _check(gravity, time_limit, origin, threads, seed, integrator)
+    witnesses = _several("witnesses", witnesses, (Cylinder, Panel, Polygon))
+    scene = Scene(ground, Ricochet.of(ricochet), _several("obstacles", obstacles, (Wall, Barricade, Building)))
     scene.check(fragments, origin)
     if len(fragments) and (lightest := float(fragments.mass.min())) >= _HEAVY:
         warnings.warn(
@@ -162,16 +172,18 @@ def fly(
     chosen = _chosen(sample, len(fragments), seed)
     threads = threads or cores()
     if contact is None or not contact.possible(fragments):
-        flown = job.run(threads, on_progress, began)
-        extremes, paths = flown.extremes, job.paths(chosen)
-        result = FlightResult(
-            flown.landing, flown.hits, paths, job.witnesses, obstacles=scene.obstacles, obstacle_hits=flown.struck,
-            fluence=job.fluence, ricochet_hits=flown.ricochet_hits, ricochets=flown.ricochets,
-        )  # fmt: skip
+        flown, encounters = job.run(threads, on_progress, began), None
     else:
-        result, extremes = _fly_in_contact(job, contact, chosen, threads, on_progress, began)
+        flown, encounters = _fly_in_contact(job, contact, threads, on_progress, began)
+    result = FlightResult(
+        flown.landing, flown.hits, job.paths(chosen), job.witnesses, {},
+        None if encounters is None else encounters.contacts, scene.obstacles, flown.struck, job.fluence,
+        flown.ricochet_hits, flown.ricochets, job,
+    )  # fmt: skip
+    if encounters is not None:
+        result.summary["contact"] = encounters.summary
     result.summary["presented_area"] = describe(shape, fragments.shape_factor)
-    result.summary.update(_summary(result, extremes, drag, job, time.perf_counter() - began))
+    result.summary.update(_summary(result, flown.extremes, drag, job, time.perf_counter() - began))
     return result
 
 
@@ -190,21 +202,29 @@ def range_table(
     shape_factor : float
         k of the presented area (kg/m3).
     **flight_arguments
-        Of `fly`.
+        Of `fly`; ricochet off "soft_soil" by default as there, which changes nothing before the first impact.
 
     Returns
     -------
     (m s e,) structured array of dtype `RANGES`
         NaN where a fragment does not land.
+
+    Raises
+    ------
+    InputError
+        An elevation beyond -90 to 90 degrees, or what `fly` and `Fragments` refuse.
     """
+    require_number("range_table", "height", height, "m", low=0.0)
     given = (("mass", mass, "kg"), ("speed", speed, "m/s"), ("elevation", elevation, "degrees"))
     values = np.meshgrid(*(np.atleast_1d(real_array("range_table", *one)) for one in given), indexing="ij")
     masses, speeds, degrees = (one.ravel() for one in values)
+    if (steep := ~(np.abs(degrees) <= 90.0)).any():
+        raise InputError(f"range_table: elevation is {degrees[steep][0]:g} degrees, allowed: -90 to 90")
     angle = np.radians(degrees)
     velocity = speeds[:, None] * np.column_stack([np.cos(angle), np.zeros_like(angle), np.sin(angle)])
     ground = flight_arguments.get("ground", 0.0)
     start = (0.0, 0.0, height + (float(ground) if isinstance(ground, int | float) else 0.0))
-    landing = fly(Fragments(masses, start, velocity, shape_factor), **{"ricochet": None, **flight_arguments}).landing
+    landing = fly(Fragments(masses, start, velocity, shape_factor), **flight_arguments).landing
     table = np.full(len(masses), np.nan, dtype=RANGES)
     table["mass"], table["speed"], table["elevation"] = masses, speeds, degrees
     landed = landing["status"] == Status.LANDED
@@ -215,33 +235,23 @@ def range_table(
 
 
 def _fly_in_contact(
-    job: FlightJob, contact: Contact, chosen: NDArray[np.int64], threads: int,
-    on_progress: Callable[[FlightProgress], None] | None, began: float,
-) -> tuple[FlightResult, NDArray[np.float32]]:  # fmt: skip
+    job: FlightJob, contact: Contact, threads: int, on_progress: Callable[[FlightProgress], None] | None, began: float,
+) -> tuple[Flown, Encounters]:  # fmt: skip
     """Find all contacts, then fly the legs between them."""
     encounters = Encounters(job.fragments, contact, job.around, job.limits.ground, threads)
     legs = legs_between(job.fragments, encounters.contacts)
     # Slopes of the ground are a fragment's own, whatever legs contact makes of its flight.
-    job.fragments, job.clock, job.numbers = legs.fragments, legs.clock, legs.owner
+    job.fragments, job.clock, job.numbers, job.legs = legs.fragments, legs.clock, legs.owner, legs
     cells, job.cells = job.cells, None
     run = job.run(threads, on_progress, began)
     flown = legs.flown(run.landing)
     joined = legs.join(run)
-    fluence = None
     if cells is not None:  # again, those legs alone that were flown: a fragment that has landed is struck no more
         job.cells, job.fragments = cells, legs.fragments.select(flown)
         job.clock, job.numbers = legs.clock[flown], legs.owner[flown]
         job.run(threads, None, began)
         job.fragments, job.clock, job.numbers = legs.fragments, legs.clock, legs.owner
-        fluence = job.fluence
-    paths = legs.join_paths(chosen, job.paths(legs.of(chosen)))
-    result = FlightResult(
-        joined.landing, joined.hits, paths, job.witnesses, obstacles=job.scene.obstacles, obstacle_hits=joined.struck,
-        contacts=encounters.contacts, fluence=fluence, ricochet_hits=joined.ricochet_hits,
-        ricochets=joined.ricochets,
-    )  # fmt: skip
-    result.summary["contact"] = encounters.summary
-    return result, joined.extremes
+    return joined, encounters
 
 
 def _air(value: Air | str | float, ground: float | HeightMap | None) -> Air:
@@ -251,7 +261,11 @@ def _air(value: Air | str | float, ground: float | HeightMap | None) -> Air:
         if value not in names:
             raise InputError(f"air: unknown name {value!r}{names_allowed(value, names)}, or a density in kg/m3")
         return names[value]
-    return ConstantAir(float(value)) if isinstance(value, int | float) else value
+    if isinstance(value, int | float):
+        return ConstantAir(float(value))
+    if not hasattr(value, "table"):
+        raise InputError(f"air is {value!r}; allowed: a name, a density, flight.ConstantAir or StandardAtmosphere")
+    return value
 
 
 def _chosen(sample: int | ArrayLike, number: int, seed: int) -> NDArray[np.int64]:
@@ -270,14 +284,32 @@ def _chosen(sample: int | ArrayLike, number: int, seed: int) -> NDArray[np.int64
     return chosen.astype(np.int64)
 
 
+def _several(name: str, given: Any, kinds: tuple[type, ...]) -> tuple[Any, ...]:  # noqa: ANN401 - what a user gave
+    """One or several of some kinds, or InputError."""
+    several = (given,) if isinstance(given, kinds) or not np.iterable(given) else tuple(given)
+    for one in several:
+        if not isinstance(one, kinds):
+            words = " or ".join([", ".join(kind.__name__ for kind in kinds[:-1]), kinds[-1].__name__])
+            raise InputError(f"fly: {name}: found {one!r}; allowed: flight.{words}, or a sequence of them")
+    return several
+
+
+def _check_kinds(**given: tuple[Any, type, str]) -> None:
+    for name, (value, kind, example) in given.items():
+        if not (isinstance(value, kind) or (value is None and name != "fragments")):
+            raise InputError(f"fly: {name} is {value!r}; allowed: flight.{kind.__name__}{example}")
+
+
 def _check(
-    gravity: float, time_limit: float, origin: tuple[float, float], threads: int | None, integrator: Integrator
-) -> None:
+    gravity: float, time_limit: float, origin: tuple[float, float], threads: int | None, seed: int,
+    integrator: Integrator,
+) -> None:  # fmt: skip
     require_number("fly", "gravity", gravity, "m/s2", finite=True)
     require_number("fly", "time_limit", time_limit, "s", above=0.0)
     real_array("fly", "origin", origin, "m", (2,))
-    if threads is not None:
-        require_number("fly", "threads", threads, "", low=1.0)
+    for name, value, low in (("threads", threads, 1.0), ("seed", seed, 0.0)):
+        if value is not None:
+            require_number("fly", name, value, "", low=low)
     if not isinstance(integrator, Adaptive | FixedStep):
         raise InputError(f"integrator is {integrator!r}, allowed: flight.Adaptive or flight.FixedStep")
 

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Annotated, Literal
 
 from flight.arguments import require_number, require_numbers
 from flight.errors import InputError
+from fragfield_base.bounds import Bounds, OnlyWith
+from fragfield_base.inputs import Time
 
 
 @dataclass(frozen=True)
@@ -43,6 +46,26 @@ class FixedStep:
 
 
 Integrator = Adaptive | FixedStep
+
+
+@dataclass(frozen=True)
+class Steps:
+    """How trajectories are integrated, as a case says it."""
+
+    method: Literal["adaptive", "fixed"] = "adaptive"
+    """Embedded Runge-Kutta with a step of its own for every fragment, or a fixed step."""
+    tolerance: Annotated[
+        float, Bounds(1e-14, 1e-2, "between the digits of a number and a per cent"), OnlyWith("method", ("adaptive",))
+    ] = Adaptive.tolerance
+    """Relative error of a step, for method = "adaptive"; 3e-8 keeps a range within 1e-6 of itself, 1e-6 within 4e-5."""
+    step: Annotated[
+        Time, Bounds(1e-8, 1.0, "a fragment stops within seconds", usual=(1e-6, 0.01)), OnlyWith("method", ("fixed",))
+    ] = FixedStep.step
+    """For method = "fixed" (the paper: 0.1 ms)."""
+
+    def integrator(self) -> Integrator:
+        """The integrator."""
+        return Adaptive(self.tolerance) if self.method == "adaptive" else FixedStep(self.step)
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ import numpy as np
 
 from flight.fluence import Fluence, FluenceGrid, PolarGrid, Weights
 from flight.integrate.integrator import Adaptive, FixedStep
-from flight.rows import HITS, LANDING, OBSTACLE_HITS, RICOCHETS, Trajectories
+from flight.rows import HITS, LANDING, OBSTACLE_HITS, RICOCHETS, Flown, Trajectories
 from flight.scene.targets import Cylinder, pack, within
 
 if TYPE_CHECKING:
@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from flight.drag import Drag
     from flight.fragments import Fragments
     from flight.integrate.integrator import Domain, Integrator
+    from flight.integrate.legs import Legs
     from flight.kernels.events import Limits
     from flight.kernels.impacts import Ends
     from flight.scene.air import Air
@@ -54,22 +55,6 @@ class FlightProgress:
     def seconds_left(self) -> float:
         """Time left at the rate so far (s)."""
         return self.wall_seconds * (self.total - self.done) / max(self.done, 1)
-
-
-@dataclass(frozen=True, eq=False)
-class Flown:
-    """What the fragments of a flight did: tables as of `flight.FlightResult`.
-
-    `hits` are crossings before the first impact on the ground, `ricochet_hits` those after it, `struck` impacts on
-    obstacles, `extremes` (n, 4) steps taken and rejected and the lowest and highest Mach number.
-    """
-
-    landing: NDArray[Any]
-    hits: NDArray[Any]
-    ricochet_hits: NDArray[Any]
-    struck: NDArray[Any]
-    ricochets: NDArray[Any]
-    extremes: NDArray[np.float32]
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,6 +91,7 @@ class FlightJob:
         self.clock = np.tile([0.0, math.inf], (len(fragments), 1))
         self._first_key = np.random.SeedSequence([seed, _SLOPES]).generate_state(1, np.uint64)
         self.numbers = np.arange(len(fragments))  # by which slopes of the ground are drawn
+        self.legs: Legs | None = None  # between contacts
         rows, bins, bins_per_mach = drag.table()
         table = air.table()
         self.around = motion.Surroundings(
@@ -193,7 +179,12 @@ class FlightJob:
         return Flown(landing=landing, extremes=extremes, **whole)
 
     def paths(self, chosen: NDArray[np.int64]) -> Trajectories:
-        """Fly the chosen fragments again and keep their paths."""
+        """Fly the chosen fragments again, in all their legs, and keep their paths."""
+        if self.legs is not None:
+            return self.legs.join_paths(chosen, self._paths(self.legs.of(chosen)))
+        return self._paths(chosen)
+
+    def _paths(self, chosen: NDArray[np.int64]) -> Trajectories:
         if chosen.size == 0:
             none = np.zeros((0, 3))
             return Trajectories(chosen, np.zeros(1, dtype=np.int64), np.zeros(0), none, none)

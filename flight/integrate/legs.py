@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from flight.fragments import Fragments
-    from flight.integrate.job import Flown
+    from flight.rows import Flown
 
 
 @dataclass(frozen=True, eq=False)

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Protocol
+from functools import lru_cache
+from typing import TYPE_CHECKING, Annotated, Literal, Protocol
 
 import numpy as np
 
 from flight.arguments import require_number
 from flight.scene.tables import hermite_pieces
+from fragfield_base.bounds import Bounds, OnlyWith
+from fragfield_base.inputs import Length, Quantity, Speed
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -121,6 +124,9 @@ class StandardAtmosphere:
 
     def table(self) -> AirTable:
         """Return the table that the kernels read; its error is below 1e-9 of the value."""
+        return _standard_table(self)
+
+    def _table(self) -> AirTable:
         entries = np.arange(TABLE_BOTTOM, TABLE_TOP + 0.5 * TABLE_STEP, TABLE_STEP)
         columns = []
         middle = 0.5 * (entries[:-1] + entries[1:])
@@ -171,6 +177,12 @@ class StandardAtmosphere:
         return slowness, -0.5 * slowness * lapse / temperature
 
 
+@lru_cache(maxsize=8)
+def _standard_table(air: StandardAtmosphere) -> AirTable:
+    return air._table()
+
+
+@lru_cache(maxsize=1)
 def _layer_bases() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     temperature, pressure = [SEA_LEVEL_TEMPERATURE], [SEA_LEVEL_PRESSURE]
     for thickness, lapse in zip(np.diff(LAYER_BASE)[:-1], LAYER_LAPSE[:-1], strict=True):
@@ -183,3 +195,41 @@ def _layer_bases() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         temperature.append(end)
         pressure.append(pressure[-1] * factor)
     return np.array(temperature), np.array(pressure)
+
+
+@dataclass(frozen=True)
+class AirLaw:
+    """The air that fragments fly through, as a case says it."""
+
+    model: Literal["standard", "constant"] = "standard"
+    """The US Standard Atmosphere 1976, or one density everywhere."""
+    altitude: Annotated[
+        Length | None,
+        Bounds(-500.0, 8e4, "the atmosphere is tabulated up to 84.9 km", usual=(-500.0, 6000.0)),
+        OnlyWith("model", ("standard",)),
+    ] = None
+    """Altitude of z = 0 above sea level, for model = "standard"; left out: the map's height of z = 0, else 0."""
+    temperature_offset: Annotated[
+        float,
+        Quantity("K", "0 K"),
+        Bounds(-80.0, 80.0, "no air near the ground is that far from 15 degrees Celsius", usual=(-45.0, 35.0)),
+        OnlyWith("model", ("standard",)),
+    ] = 0.0
+    """Added to the temperature of the standard atmosphere (15 degrees Celsius at sea level), whose pressure stays."""
+    density: Annotated[
+        float | None,
+        Quantity("kg/m^3", "1.225 kg/m^3", minimum=0.0),
+        Bounds(0.0, 1000.0, "denser than water", usual=(0.0, 2.0)),
+        OnlyWith("model", ("constant",), refused=True, needed=("constant",)),
+    ] = None
+    """For model = "constant"; 0 is a vacuum."""
+    sound_speed: Annotated[
+        Speed, Bounds(10.0, 1e4, "speeds of sound of gases", usual=(250.0, 400.0)), OnlyWith("model", ("constant",))
+    ] = ConstantAir.sound_speed_everywhere
+    """For model = "constant"."""
+
+    def air(self) -> Air:
+        """The air."""
+        if self.model == "constant":
+            return ConstantAir(self.density or 0.0, self.sound_speed)
+        return StandardAtmosphere(self.altitude or 0.0, self.temperature_offset)

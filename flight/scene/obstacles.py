@@ -184,10 +184,6 @@ def pack_obstacles(obstacles: Sequence[Obstacle], lowest: float | None, ground: 
     """
     rows: list[NDArray[np.float64]] = []
     for index, obstacle in enumerate(obstacles):
-        if not isinstance(obstacle, Wall | Barricade | Building):
-            raise InputError(
-                f"obstacle {obstacle!r}: a {type(obstacle).__name__}, allowed: flight.Wall, Barricade or Building"
-            )
         along, tops = obstacle.crest(ground)
         below = ground(*_centre(obstacle)[:, None])
         if below is not None and obstacle.base is not None and tops[0] <= below[0]:

@@ -173,6 +173,8 @@ KINDS = {
     "rock": Ricochet(20.0, 0.65, 0.5, 3.0, "rock", _JUDGED),
 }  # fmt: skip
 """Laws by kind of ground: the nominal ones."""
+DEFAULT = "soft_soil"
+"""Kind of ground where nothing else is said."""
 RANGE = {
     "critical_angle": (0.7, 1.0, 1.8), "speed_kept": (0.65, 1.0, 1.3), "departure": (0.5, 1.0, 1.5),
     "roughness": (0.25, 1.0, 2.0),

@@ -89,7 +89,8 @@ class Panel:
         across = np.cross(up, normal)
         if np.linalg.norm(across) <= 1e-9 * np.linalg.norm(up):
             raise InputError(
-                f"witness {self.name}: up {self.up} is along the normal {self.normal}; a level panel needs another up"
+                f"witness {self.name}: up {[*self.up]} is along the normal "
+                f"{[*self.normal]}; a level panel needs another up"
             )
         across = _unit(self.name, "up", across)
         return normal, across, np.cross(normal, across)
@@ -156,7 +157,7 @@ def pack(witnesses: Sequence[Witness]) -> tuple[NDArray[np.float64], NDArray[np.
             box = np.array([[x - r, x + r], [y - r, y + r], [witness.bottom, witness.top]])
             row[0], row[7:9] = CYLINDER, (x, y)
             row[10:13] = r, witness.bottom, witness.top
-        elif isinstance(witness, Panel | Polygon):
+        else:
             normal, first, second = witness.axes()
             if isinstance(witness, Panel):
                 point = np.asarray(witness.centre, dtype=np.float64)
@@ -171,10 +172,6 @@ def pack(witnesses: Sequence[Witness]) -> tuple[NDArray[np.float64], NDArray[np.
                 vertices.append(outline)
                 count += len(outline)
             row[7:10], row[10:13], row[13:16], row[16:19] = point, normal, first, second
-        else:
-            raise InputError(
-                f"witness {witness!r}: a {type(witness).__name__}, allowed: flight.Cylinder, Panel or Polygon"
-            )
         finite = np.abs(box[np.isfinite(box)])
         slack = SLACK * (1.0 + (float(finite.max()) if finite.size else 0.0))
         row[1:7] = (box + slack * np.array([-1.0, 1.0])).ravel()

@@ -2,17 +2,88 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from itertools import pairwise
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import numpy as np
 
 from flight.arguments import real_array, require_number
 from flight.errors import InputError
 from flight.scene.tables import evaluate_pieces, monotone_pieces
+from fragfield_base.bounds import Bounds, Entries, OnlyWith
+from fragfield_base.errors import show
+from fragfield_base.inputs import Angle, Length, PositiveLength, Quantity
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from numpy.typing import ArrayLike, NDArray
+
+
+_POWER_LAW = OnlyWith("model", ("power_law",))
+_NO_PROFILE = OnlyWith("model", ("constant", "power_law"))
+_PROFILE = OnlyWith("model", ("profile",), refused=True)
+_Blowing = Annotated[float, Quantity("m/s", "5 m/s", minimum=0.0)]
+
+
+@dataclass(frozen=True)
+class WindLaw:
+    """Horizontal wind; angles in radians."""
+
+    model: Literal["constant", "power_law", "profile"] = "constant"
+    """The same at all heights, growing with height, or given at heights."""
+    speed: Annotated[
+        _Blowing, Bounds(0.0, 200.0, "no wind at the ground is faster", usual=(0.0, 40.0)), _NO_PROFILE
+    ] = 0.0
+    """Speed; for model = "power_law" the one at `reference_height`."""
+    towards: Annotated[Angle, _NO_PROFILE] = 0.0
+    """Azimuth that the wind blows towards, from +x counter-clockwise."""
+    reference_height: Annotated[PositiveLength, Bounds(0.01, 1e4, "heights of anemometers"), _POWER_LAW] = 10.0
+    """For model = "power_law"."""
+    exponent: Annotated[
+        float, Bounds(0.0, 1.0, "winds grow slower than heights", above=True, below=True), _POWER_LAW
+    ] = 1.0 / 7.0
+    """For model = "power_law"."""
+    heights: Annotated[list[Length] | None, Entries(10000, "heights of a sounding"), _PROFILE] = None
+    """For model = "profile": heights over the ground below a fragment, rising."""
+    speeds: Annotated[
+        list[_Blowing] | None, Bounds(0.0, 200.0, "no wind up to 20 km is faster", usual=(0.0, 100.0)), _PROFILE
+    ] = None
+    """For model = "profile": one speed for each height."""
+    directions: Annotated[list[Angle] | None, _PROFILE] = None
+    """For model = "profile": one azimuth for each height."""
+
+    @property
+    def is_still(self) -> bool:
+        """Whether there is none."""
+        return self.speed == 0.0 and not any(self.speeds or ())
+
+    def faults(self) -> Iterator[tuple[str, str]]:
+        """Key and words of what is wrong in a profile."""
+        if self.model != "profile":
+            return
+        heights = list(self.heights or ())
+        for key in ("heights", "speeds", "directions"):
+            number = len(getattr(self, key) or ())
+            if not 0 < number == len(heights):
+                yield key, f'found {number} values; model = "profile" needs one for each height, at least 1'
+        if any(after <= before for before, after in pairwise(heights)):
+            yield "heights", f"found {show(heights)} (m); allowed: values that rise"
+
+    def wind(self) -> Wind | None:
+        """The wind; None where there is none. Raises InputError: a profile's columns do not fit together."""
+        for key, words in self.faults():
+            raise InputError(f"wind.{key}: {words}")
+        if self.model == "profile":
+            return Wind.profile(self.heights or (), self.speeds or (), np.degrees(self.directions or ()).round(10))
+        if self.speed == 0.0:
+            return None
+        towards = round(math.degrees(self.towards), 10)
+        if self.model == "power_law":
+            return Wind.power_law(self.speed, towards, self.reference_height, self.exponent)
+        return Wind.constant(self.speed, towards)
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,13 +11,12 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import tomlkit
-from pydantic import ValidationError
 from tomlkit.exceptions import TOMLKitError
 
 from fragfield.app.jobs import Job
 from fragfield.case import CaseTable
+from fragfield.case.faults import CaseFaults, Fault
 from fragfield.case.load import case_from_document
-from fragfield.case.messages import explain
 from fragfield.case.write import tables_to_toml, toml_value
 from fragfield.errors import InputError
 from fragfield_base import errors
@@ -33,18 +32,7 @@ if TYPE_CHECKING:
     Steps = Sequence[str | int]
 
 
-_KEY = re.compile(r"^[a-z_][a-z_0-9]*(\[\d+\])?(\.[a-z_][a-z_0-9]*(\[\d+\])?)*")
-_PART = re.compile(r"^\[([a-z]+)\]:")
 _MOST = 1 << 22
-_AND_MORE = re.compile(r"^and \d+ more$")
-
-
-@dataclass(frozen=True)
-class Fault:
-    """What the loader of the command line says of the case: the key, as messages write it, and the message."""
-
-    key: str
-    message: str
 
 
 def steps_of(key: str) -> tuple[str | int, ...]:
@@ -186,31 +174,10 @@ def _judged(text: str, path: Path) -> tuple[CaseTable | None, list[Fault]]:
     tables.setdefault("title", path.stem)
     try:
         return case_from_document(tables, source=path.name, folder=path.parent), []
-    except errors.InputError as error:  # of any stage
-        lines = _lines(str(error), path.name)
-    if any(_AND_MORE.match(line) for line in lines):  # the command line shows the first of them; a form all
-        with suppress(InputError):
-            try:
-                CaseTable.model_validate(tables)
-            except ValidationError as error:
-                lines = explain(error, CaseTable)
-    return None, [_fault(line) for line in lines]
-
-
-def _lines(message: str, source: str) -> list[str]:
-    """Faults in a message of the loader, see `fragfield.case.messages.join_faults`."""
-    first, *rest = message.split("\n")
-    first = first.removeprefix(f"{source}: ")
-    return [line.strip() for line in rest] if rest and first.endswith(" faults") else [" ".join([first, *rest])]
-
-
-def _fault(line: str) -> Fault:
-    found = _KEY.match(line)
-    key = found[0] if found is not None and line[found.end() :][:1] in (":", " ", "=", "") else ""
-    words = line.removeprefix(key).removeprefix(":").strip() if key else line
-    if (part := _PART.match(words)) is not None:  # of a file of contours: "round[1].profile [outer]: ..."
-        key, words = f"{key}.{part[1]}", words[part.end() :].strip()
-    return Fault(key, words or "not allowed; the reason is given when there are fewer faults")
+    except CaseFaults as refused:
+        return None, refused.faults
+    except errors.InputError as error:  # of a file that the case names
+        return None, [Fault("", str(error))]
 
 
 def _put(node: Any, path: Steps, value: object, *, kept: bool = False) -> None:  # noqa: ANN401 - tables and lists

@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING, Any
 
 from nicegui import ui
 
-from fragfield.app.fields import Field, fields_of, kinds_of, read_field, shown
+from fragfield.app.fields import default_of, fields_of, kinds_of, read_field, shown
 from fragfield.app.page import box, fold, note
 from fragfield.app.security import MOST_UPLOADED
 from fragfield.app.workspace import safe_name
-from fragfield.case.messages import key_path
+from fragfield.case.keys import Key, key_path
 from fragfield.errors import InputError
 from fragfield_base.writing import write_bytes
 
@@ -51,18 +51,18 @@ def form(
     table = table if isinstance(table, dict) else {}
     with box("form"):
         for one in fields:
-            if one.kind not in _TABLES and (one.name in table or one.applies(table, defaults)):
+            if one.form not in _TABLES and (one.name in table or one.applies(table, defaults)):
                 field_input(page, (*path, one.name), one)
     for one in fields:
-        if one.kind in _TABLES:
+        if one.form in _TABLES:
             folded(page, (*path, one.name), one)
 
 
-def folded(page: CasePage, path: tuple[str | int, ...], entry: Field, *, without: Collection[str] = ()) -> None:
+def folded(page: CasePage, path: tuple[str | int, ...], entry: Key, *, without: Collection[str] = ()) -> None:
     """A sub-table, or a list of them, that opens where it is set or where a fault is; built when it is opened."""
     opened = page.focus.startswith(key_path(path)) or (len(path) > 1 and page.case.get(path) not in (None, {}, []))
-    with fold(page.texts.label(entry.key), opened=opened) as part:
-        if words := entry.meaning:
+    with fold(page.texts.label(entry.path), opened=opened) as part:
+        if words := " ".join(entry.meaning.split()):
             note(words, "meaning")
         place = box()
     page.bind(path, part)
@@ -70,7 +70,7 @@ def folded(page: CasePage, path: tuple[str | int, ...], entry: Field, *, without
     def build() -> None:
         if part.value and not place.default_slot.children:
             with place:
-                if entry.kind == "tables":
+                if entry.form == "tables":
                     entries_form(page, path)
                 else:
                     form(page, path, without=without)
@@ -122,7 +122,7 @@ def entries_form(page: CasePage, path: tuple[str | int, ...], *, changed: Callab
 def field_input(
     page: CasePage,
     path: tuple[str | int, ...],
-    entry: Field | None = None,
+    entry: Key | None = None,
     *,
     choices: Sequence[str] = (),
     changed: Callable[[], object] | None = None,
@@ -135,7 +135,7 @@ def field_input(
         Of the case.
     path : tuple
         Place of the field.
-    entry : Field, optional
+    entry : Key, optional
         Left out: as the schema has it.
     choices : sequence of str
         Names to choose from; others may be typed.
@@ -144,7 +144,7 @@ def field_input(
     """
     known = entry or next(one for one in fields_of(names_of(path[:-1])) if one.name == path[-1])
     value, texts = page.case.get(path), page.texts
-    label = texts.label(known.key) + (" *" if known.needed else "")
+    label = texts.label(known.path) + (" *" if known.needed else "")
 
     def take(event: ValueChangeEventArguments) -> None:
         new = None if event.value is None else read_field(known, str(event.value))
@@ -153,14 +153,14 @@ def field_input(
         if page.change(path, new) and changed is not None:
             changed()
 
-    default = texts("form.default", value=known.default) if known.default else ""
-    if known.kind in ("choice", "switch") or choices:
-        options = ["true", "false"] if known.kind == "switch" else list(choices or known.choices)
+    default = texts("form.default", value=words) if (words := default_of(known)) else ""
+    if known.form in ("choice", "switch") or choices:
+        options = ["true", "false"] if known.form == "switch" else list(choices or known.choices)
         element = _word_input(label, shown(value), options, take, free=bool(choices), placeholder=default)
     else:
-        element = ui.input(label, value=shown(value), on_change=take, autocomplete=list(known.choices) or None)
+        element = ui.input(label, value=shown(value), on_change=take, autocomplete=[*map(str, known.choices)] or None)
         element.props("autocapitalize=off spellcheck=false")
-        examples = " / ".join([*known.choices, *([known.example] if known.example else [])])
+        examples = " / ".join([*map(str, known.choices), *([known.example] if known.example else [])])
         element.props["placeholder"] = default or (texts("form.example", value=examples) if examples else "")
     element.props("hide-hint")
     element.props["hint"] = texts.help(known) or None

@@ -8,9 +8,10 @@ from urllib.parse import urlencode
 
 from nicegui import run, ui
 
-from fragfield.app.document import Fault, steps_of
+from fragfield.app.document import steps_of
 from fragfield.app.fields import page_texts
-from fragfield.case.messages import key_path
+from fragfield.case.faults import Fault
+from fragfield.case.keys import key_path
 from fragfield.errors import message_of
 from fragfield_base import errors
 
@@ -294,7 +295,7 @@ class CasePage:
         for fault in faults:
             key = self._nearest(fault.key)
             if key:
-                at.setdefault(key, []).append(fault.message if key == fault.key else f"{fault.key}: {fault.message}")
+                at.setdefault(key, []).append(fault.words if key == fault.key else f"{fault.key}: {fault.words}")
             if not key or not _is_seen(self._inputs[key]):
                 elsewhere.append(fault)
         for key, element in self._inputs.items():
@@ -311,7 +312,7 @@ class CasePage:
                 with box("fault"):
                     if fault.key:
                         ui.link(fault.key, self.address(page_of(fault.key), key=fault.key))
-                    ui.label(fault.message)
+                    ui.label(fault.words)
 
     def _nearest(self, key: str) -> str:
         """The bound key at or above a key."""

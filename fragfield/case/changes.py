@@ -9,6 +9,7 @@ import tomllib
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from fragfield.case.faults import CaseFaults, Fault
 from fragfield.case.load import MOST_DEPTH, case_from_document, named_material, read_document
 from fragfield.errors import InputError, nearest
 from fragfield.terminal.logs import visible
@@ -165,48 +166,54 @@ def changed_document(
             raise InputError(f"{source}: found a key of {len(steps)} names; allowed: at most {MOST_DEPTH}")
         if not all(steps):
             raise InputError(f"{source}: found the key {key!r}; allowed: names with single points between them")
-        _replace(changed, steps, value, f"{source}: {key}", folder)
+        _replace(changed, steps, value, (source, key), folder)
     return changed
 
 
-def _replace(node: dict[str, Any] | list[Any], steps: list[str], value: object, where: str, folder: Path) -> None:
+def _replace(
+    node: dict[str, Any] | list[Any], steps: list[str], value: object, at: tuple[str, str], folder: Path
+) -> None:
     step, *rest = steps
     if isinstance(node, list):
-        chosen: list[Any] = _entries(node, step, where)
+        chosen: list[Any] = _entries(node, step, at)
     else:
         chosen = [step]
-        _make_ready(node, step, rest, value, where)
+        _make_ready(node, step, rest, value, at)
     for place in chosen:
         if not rest:
             node[place] = value(node[place]) if callable(value) else value
             continue
         if place in _MATERIALS and isinstance(node[place], str):
-            table = named_material(str(place), node[place], where=where, folder=folder)
+            table = named_material(str(place), node[place], source=at[0], key=at[1], folder=folder)
             node[place] = table.model_dump(mode="json", exclude_none=True, context={"units": "si"})
         if not isinstance(node[place], (dict, list)):
-            raise InputError(f"{where}: {step} holds a value, it has no {rest[0]}")
-        _replace(node[place], rest, value, where, folder)
+            raise _refused(at, f"{step} holds a value, it has no {rest[0]}")
+        _replace(node[place], rest, value, at, folder)
 
 
-def _entries(entries: list[Any], step: str, where: str) -> list[int]:
-    """Numbers of the entries of a list that a step of a key names."""
+def _refused(at: tuple[str, str], words: str) -> CaseFaults:
+    source, key = at
+    return CaseFaults(source, [Fault(key, words)])
+
+
+def _entries(entries: list[Any], step: str, at: tuple[str, str]) -> list[int]:
     names = [entry.get("name") if isinstance(entry, dict) else None for entry in entries]
     chosen = [number for number, name in enumerate(names) if step in (_EVERY, str(number), name)]
     if not chosen:
         known = [str(name) for name in names if name is not None]
         last = f" to [{len(entries)}]" if len(entries) > 1 else ""
         allowed = [_EVERY, *([f"[1]{last}"] if entries else []), *known]
-        raise InputError(f"{where}: there is no entry {step}{nearest(step, known)}; allowed: {', '.join(allowed)}")
+        raise _refused(at, f"there is no entry {step}{nearest(step, known)}; allowed: {', '.join(allowed)}")
     return chosen
 
 
-def _make_ready(table: dict[str, Any], step: str, rest: list[str], value: object, where: str) -> None:
+def _make_ready(table: dict[str, Any], step: str, rest: list[str], value: object, at: tuple[str, str]) -> None:
     """Make the tables on the way to a key that the file leaves out; the schema refuses those that it does not know."""
     if step in table:
         return
     if callable(value):
-        raise InputError(f"{where}: there is no {step}")
+        raise _refused(at, f"there is no {step}")
     if rest and (rest[0] == _EVERY or rest[0].isdigit()):
-        raise InputError(f"{where}: the case has no {step}; write its entries into the case file")
+        raise _refused(at, f"the case has no {step}; write its entries into the case file")
     if rest:
         table[step] = {}

@@ -5,25 +5,23 @@ from __future__ import annotations
 import dataclasses
 import logging
 import tomllib
-from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any
 
 from pydantic import ValidationError
 
-from fragfield.case.checks.consistency import check_case, check_charges
+from fragfield.case.checks.consistency import check_case, check_charges, check_protective_works
 from fragfield.case.checks.expected_masses import unit_faults
-from fragfield.case.checks.protective_works import check_protective_works
-from fragfield.case.checks.stage_limits import stage_faults
+from fragfield.case.checks.stages import stage_faults
 from fragfield.case.conversion.attitude import attitude_faults, is_mixed, with_axes
 from fragfield.case.conversion.exposed_sites import resolved_exposed
 from fragfield.case.conversion.mean_mass import check_counts, with_casing_data, with_counts
 from fragfield.case.conversion.rounds import base_faults, masses_of, on_base
 from fragfield.case.conversion.stack import expanded, stacked_names
 from fragfield.case.conversion.surroundings import altitude_of, site_of
-from fragfield.case.conversion.symmetry import check_geometry
 from fragfield.case.conversion.turned import origin_faults
-from fragfield.case.messages import explain, join_faults
+from fragfield.case.faults import CaseFaults, Fault, explain, faults_at, refuse
+from fragfield.case.problem import check_geometry
 from fragfield.case.schema import CaseTable
 from fragfield.case.tables.round import (
     CasingTable,
@@ -43,7 +41,7 @@ from fragfield_base.paths import absolute
 from fragfield_base.reading import read_text
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Mapping
 
     from _typeshed import DataclassInstance
 
@@ -51,7 +49,6 @@ if TYPE_CHECKING:
     from fragfield_base.substances import Substance
 
 Material = ExplosiveTable | CasingTable
-Loaded = TypeVar("Loaded")
 
 _log = logging.getLogger(__name__)
 
@@ -82,27 +79,26 @@ def read_resolved(path: Path) -> CaseTable:
 
 
 def case_from_document(document: Mapping[str, Any], *, source: str, folder: Path, burst: bool = True) -> CaseTable:
-    """Check and resolve the tables of a case; see `fragfield.case.load_case`."""
+    """Check and resolve the tables of a case; see `fragfield.case.load_case`. Raises CaseFaults."""
     case = _validated(document, source)
     if case.site is not None and case.site.places is not None:
         case = _validated(_with_places(document, case, source, folder), source)
     of_attitude = [*attitude_faults(case), *base_faults(case)]
     case = with_axes(case)
-    _raise(source, [*of_attitude, *check_case(case, burst=burst)])
+    refuse(source, [*of_attitude, *check_case(case, burst=burst)])
     stacked = stacked_names(case) if case.stack is not None else []
     case = _resolved(case, source, folder)
-    _raise(source, check_charges(case, stacked))
-    _raise(source, check_geometry(case))
+    refuse(source, check_charges(case, stacked))
+    refuse(source, check_geometry(case))
     if is_mixed(case):
-        _raise(source, _with_location(lambda: list(origin_faults(case)), source))
-    check_counts(case, source)
-    _raise(source, list(dict.fromkeys(stage_faults(case))))
-    _raise(source, list(check_protective_works(case)))
+        refuse(source, origin_faults(case))
+    refuse(source, check_counts(case))
+    refuse(source, stage_faults(case))
+    refuse(source, check_protective_works(case))
     return case
 
 
 def _with_places(document: Mapping[str, Any], case: CaseTable, source: str, folder: Path) -> dict[str, Any]:
-    """The tables of a case with those of its map of places in place of `site.places`."""
     from fragfield.places.tables import tables_of_places
 
     site = site_of(case)
@@ -111,28 +107,23 @@ def _with_places(document: Mapping[str, Any], case: CaseTable, source: str, fold
     places = case.site.places
     table = PlacesTable(file=places) if isinstance(places, str) else places
     assert table is not None
-    try:
+    with faults_at(source, "site.places"):
         made, notes = tables_of_places(table, absolute(table.file, InputError, folder), site, case.flight.origin)
-    except InputError as fault:
-        raise InputError(f"{source}: site.places: {fault}") from None
     for note in notes:
         _log.warning("site.places: %s", note)
     changed = {**document, "site": {key: value for key, value in document["site"].items() if key != "places"}}
     return changed | {key: [*document.get(key, []), *entries] for key, entries in made.items()}
 
 
-def _raise(source: str, faults: list[str]) -> None:
-    if faults:
-        raise InputError(join_faults(source, faults))
-
-
 def _validated(document: Mapping[str, Any], source: str) -> CaseTable:
     _refuse_deep(document, source)
-    _raise(source, [f"{key}: found the control character {sign}; allowed: text" for key, sign in hidden_in(document)])
+    refuse(
+        source, [Fault(key, f"found the control character {sign}; allowed: text") for key, sign in hidden_in(document)]
+    )
     try:
         return CaseTable.model_validate(document)
     except ValidationError as error:
-        raise InputError(join_faults(source, explain(error, CaseTable))) from None
+        raise CaseFaults(source, explain(error, CaseTable)) from None
 
 
 def _refuse_deep(document: Mapping[str, Any], source: str) -> None:
@@ -141,116 +132,115 @@ def _refuse_deep(document: Mapping[str, Any], source: str) -> None:
     while waiting:
         first, found, depth = waiting.pop()
         if depth > MOST_DEPTH:
-            raise InputError(f"{source}: {visible(first)}: found tables nested deeper; allowed: {MOST_DEPTH} levels")
+            refuse(source, [Fault(visible(first), f"found tables nested deeper; allowed: {MOST_DEPTH} levels")])
         below = found.values() if isinstance(found, dict) else found if isinstance(found, (list, tuple)) else ()
         waiting += [(first, value, depth + 1) for value in below]
 
 
 def _resolved(case: CaseTable, source: str, folder: Path) -> CaseTable:
-    rounds = []
-    for number, entry in enumerate(case.round, start=1):
-        key = f"round[{number}]"
-        rounds.append(_resolved_round(entry, source, key, folder))
-    case = _with_altitude(_with_files(case, source, folder), source)
+    rounds = [_resolved_round(entry, source, f"round[{i}]", folder) for i, entry in enumerate(case.round, start=1)]
+    planes, exposed = [resolved_plane(entry) for entry in case.plane], resolved_exposed(case)
+    with_files = _with_altitude(_with_files(case, source, folder), source)
     standing = {entry.name for entry in rounds if entry.base == "ground"}
-    rounds = [_with_location(partial(on_base, entry, case), source) for entry in rounds]
-    rounds = _with_location(partial(expanded, case.model_copy(update={"round": rounds}), standing), source)
-    planes = [resolved_plane(entry) for entry in case.plane]
-    changes: dict[str, Any] = {"round": rounds, "stack": None, "plane": planes}
-    changes["exposed"] = resolved_exposed(case)
+    with faults_at(source, ""):
+        rounds = [on_base(entry, with_files) for entry in rounds]
+        rounds = expanded(with_files.model_copy(update={"round": rounds}), standing)
+    changes: dict[str, Any] = {"round": rounds, "stack": None, "plane": planes, "exposed": exposed}
     if case.burst is not None:
         changes["break_up"] = with_casing_data(case.break_up, _casings(case, folder), source)
     if case.burst is not None and case.burst.stop is None:
         stop = "acceleration" if case.burst.end_time is None else "time"
         changes["burst"] = case.burst.model_copy(update={"stop": stop})
-    return with_counts(case.model_copy(update=changes), source, folder)
+    return with_counts(with_files.model_copy(update=changes), source, folder)
 
 
 def _casings(case: CaseTable, folder: Path) -> list[Substance]:
-    """Casings that rounds name, with all that their files hold."""
     from burst_fenicsx.materials.library import load_substance
 
     named = [entry.casing for entry in case.round if isinstance(entry.casing, str)]
-    names = dict.fromkeys(_located(name, "casing", folder) for name in named)
+    names = dict.fromkeys(_located(name, folder) for name in named)
     return [found for name in names if (found := load_substance("casing", name)) is not None]
 
 
 def _with_files(case: CaseTable, source: str, folder: Path) -> CaseTable:
-    """The case with the files of its flight as absolute paths."""
     flight: dict[str, Any] = {}
     if isinstance(case.flight.drag, str) and case.flight.drag.lower().endswith(".csv"):
-        flight["drag"] = _file(case.flight.drag, f"{source}: flight.drag", folder)
+        with faults_at(source, "flight.drag"):
+            flight["drag"] = _file(case.flight.drag, folder)
     if case.flight.ground.map is not None:
-        place = _file(case.flight.ground.map, f"{source}: flight.ground.map", folder)
-        flight["ground"] = case.flight.ground.model_copy(update={"map": place})
+        with faults_at(source, "flight.ground.map"):
+            flight["ground"] = case.flight.ground.model_copy(update={"map": _file(case.flight.ground.map, folder)})
     return case.model_copy(update={"flight": case.flight.model_copy(update=flight)}) if flight else case
 
 
 def _with_altitude(case: CaseTable, source: str) -> CaseTable:
-    """The case with the altitude of its air, which a map of heights may say."""
-    from flight import InputError as FlightInputError
-
     if case.flight.air.model != "standard" or case.flight.air.altitude is not None:
         return case
-    try:
+    with faults_at(source, "flight.ground.map", said="ground.map: "):
         air = case.flight.air.model_copy(update={"altitude": altitude_of(case)})
-    except FlightInputError as error:
-        raise InputError(f"{source}: flight.{error}") from None
     return case.model_copy(update={"flight": case.flight.model_copy(update={"air": air})})
 
 
 def _resolved_round(entry: RoundTable, source: str, key: str, folder: Path) -> RoundTable:
     changes: dict[str, Any] = {
-        name: named_material(name, value, where=f"{source}: {key}.{name}", folder=folder)
+        name: named_material(name, value, source=source, key=f"{key}.{name}", folder=folder)
         for name, value in (("explosive", entry.explosive), ("casing", entry.casing))
         if isinstance(value, str)
     }
     if entry.mesh is not None:
-        changes["mesh"] = _file(entry.mesh, f"{source}: {key}.mesh", folder)
-        if not Path(changes["mesh"]).is_file():
-            raise InputError(f"{source}: {key}.mesh: no such file {changes['mesh']}")
-        changes["ignition"] = []
-        front, end = _charge_of_mesh(entry.model_copy(update=changes), f"{source}: {key}.mesh")
+        with faults_at(source, f"{key}.mesh"):
+            changes["mesh"] = _file(entry.mesh, folder)
+            if not Path(changes["mesh"]).is_file():
+                raise InputError(f"no such file {changes['mesh']}")
+            changes["ignition"] = []
+            front, end = _charge_of_mesh(entry.model_copy(update=changes))
     else:
-        where, given = f"{source}: {key}.profile", entry.profile
+        given = entry.profile
         if entry.contour is not None:
-            where = f"{source}: {key}.contour"
-            given, unit = _contour(entry.contour, where, folder)
+            table = ContourTable(file=entry.contour) if isinstance(entry.contour, str) else entry.contour
+            with faults_at(source, f"{key}.contour"):
+                given, unit = profile_of_contour(table, absolute(table.file, InputError, folder))
             casing = changes.get("casing", entry.casing)
-            _raise(where, list(unit_faults(entry, casing.density * casing_volume(given), unit)))
+            faults = unit_faults(entry, casing.density * casing_volume(given), unit)
+            refuse(source, [Fault(f"{key}.contour", words) for words in faults])
             changes["contour"] = None
-        changes["profile"], profile = _profile(given, where, folder)
+        with faults_at(source, f"{key}.{'profile' if entry.contour is None else 'contour'}"):
+            changes["profile"], profile = _profile(given, folder)
         front, end = profile.charge_front, profile.charge_end
     points = [IgnitionTable()] if entry.ignition is None else entry.ignition
-    changes["ignition"] = [_placed(point, front, end) for point in points]
-    for number, point in enumerate(changes["ignition"], start=1):
-        if not front - 1e-6 <= point.station <= end + 1e-6:
-            raise InputError(
-                f"{source}: {key}.ignition[{number}].station: found {point.station * 1e3:.6g} mm, outside the charge; "
-                f"allowed: {front * 1e3:.6g} mm to {end * 1e3:.6g} mm from the nose end"
+    words = {"nose": front, "middle": 0.5 * (front + end), "base": end}
+    stations = [words[point.station] if isinstance(point.station, str) else point.station for point in points]
+    changes["ignition"] = [
+        point.model_copy(update={"station": station}) for point, station in zip(points, stations, strict=True)
+    ]
+    for number, station in enumerate(stations, start=1):
+        if not front - 1e-6 <= station <= end + 1e-6:
+            fault = (
+                f"found {station * 1e3:.6g} mm, outside the charge; allowed: {front * 1e3:.6g} mm to {end * 1e3:.6g} "
+                "mm from the nose end"
             )
+            raise CaseFaults(source, [Fault(f"{key}.ignition[{number}].station", fault)])
     made = entry.model_copy(update=changes)
     if entry.mesh is not None:
         from burst_fenicsx.data import LENGTH_UNITS
 
-        _raise(
-            f"{source}: {key}.mesh",
-            list(unit_faults(entry, masses_of(made).casing, LENGTH_UNITS[made.mesh_unit or "m"])),
-        )
+        faults = unit_faults(entry, masses_of(made).casing, LENGTH_UNITS[made.mesh_unit or "m"])
+        refuse(source, [Fault(f"{key}.mesh", words) for words in faults])
     return made
 
 
-def named_material(kind: str, name: str, *, where: str, folder: Path) -> Material:
-    """Table of an "explosive" or a "casing" of the library or of a user's file; raises InputError for another name."""
+def named_material(kind: str, name: str, *, source: str, key: str, folder: Path) -> Material:
+    """Table of an "explosive" or a "casing" of the library or of a user's file; raises CaseFaults for another name."""
     from burst_fenicsx.materials.library import load_casing, load_explosive
 
-    located = _located(name, where, folder)
-    if kind == "explosive":
-        return _as_table(_with_location(partial(load_explosive, located), where), ExplosiveTable)
-    return _as_table(_with_location(partial(load_casing, located), where), CasingTable)
+    with faults_at(source, key):
+        located = _located(name, folder)
+        if kind == "explosive":
+            return _as_table(load_explosive(located), ExplosiveTable)
+        return _as_table(load_casing(located), CasingTable)
 
 
-def _charge_of_mesh(entry: RoundTable, where: str) -> tuple[float, float]:
+def _charge_of_mesh(entry: RoundTable) -> tuple[float, float]:
     """Stations (m) between which the charge of a round from a mesh file lies."""
     import numpy as np
 
@@ -258,39 +248,24 @@ def _charge_of_mesh(entry: RoundTable, where: str) -> tuple[float, float]:
     from burst_fenicsx.problem import Part
     from fragfield.case.conversion.rounds import burst_round
 
-    mesh = _with_location(lambda: mesh_round(burst_round(entry, where), 1.0), where)
+    mesh = mesh_round(burst_round(entry, entry.name), 1.0)
     nodes = mesh.nodes[np.unique(mesh.cells[mesh.part == Part.CHARGE])]
     axis = np.array(entry.axis) / np.linalg.norm(entry.axis)
     stations = mesh.lengths[0] - (nodes - np.array(entry.position)) @ axis
     return float(stations.min()), float(stations.max())
 
 
-def _located(name: str, where: str, folder: Path) -> str:
-    """A built-in name as it is, a file's name relative to the case's folder."""
+def _located(name: str, folder: Path) -> str:
     file, sign, part = name.partition("#")
-    return f"{_file(file, where, folder)}{sign}{part}" if file.lower().endswith(".toml") else name
+    return f"{_file(file, folder)}{sign}{part}" if file.lower().endswith(".toml") else name
 
 
-def _file(name: str, where: str, folder: Path) -> str:
+def _file(name: str, folder: Path) -> str:
     """Absolute path of a file that a case names, relative to the case's folder; the only rule for all of them."""
-    try:
-        return str(absolute(name, InputError, folder).resolve())
-    except InputError as error:
-        raise InputError(f"{where}: {error}") from None
-
-
-def _with_location(load: Callable[[], Loaded], where: str = "") -> Loaded:
-    """What `load` returns; its error as ours, with file and key of the case before a message that lacks them."""
-    from burst_fenicsx.errors import InputError as BurstInputError
-
-    try:
-        return load()
-    except BurstInputError as error:
-        raise InputError(f"{where}: {error}" if where else str(error)) from None
+    return str(absolute(name, InputError, folder).resolve())
 
 
 def _as_table(material: DataclassInstance, table: type[Material]) -> Material:
-    """Turn the library's data (floats in SI, None for no softening) into a table of the case."""
     values = dataclasses.asdict(material)
     if table is CasingTable:
         for key in ("shear_softening_strain", "tensile_softening_strain", "softening_length"):
@@ -300,32 +275,14 @@ def _as_table(material: DataclassInstance, table: type[Material]) -> Material:
     return table.model_construct(**values)
 
 
-def _profile(value: str | dict[str, Any] | None, where: str, folder: Path) -> tuple[dict[str, Any], Profile]:
-    """Contour tables of a round, and the profile they make."""
+def _profile(value: str | dict[str, Any] | None, folder: Path) -> tuple[dict[str, Any], Profile]:
     from burst_fenicsx.geometry import load_profile, profile_from_table
     from burst_fenicsx.geometry.files import PROFILES
 
     if isinstance(value, dict):
-        return value, _with_location(partial(profile_from_table, value, where=where))
+        return value, profile_from_table(value, where="")
     assert value is not None  # checked before: a round has a profile or a mesh
-    located = _located(value, where, folder)
-    profile = _with_location(partial(load_profile, located), where)
+    located = _located(value, folder)
+    profile = load_profile(located)
     file = Path(located) if value.lower().endswith(".toml") else PROFILES / f"{value}.toml"
     return {"name": profile.name, **read_document(file)}, profile
-
-
-def _contour(value: str | ContourTable, where: str, folder: Path) -> tuple[dict[str, Any], float]:
-    """Tables of a profile from a drawing or a table of diameters, and the unit of its file (m)."""
-    table = ContourTable(file=value) if isinstance(value, str) else value
-    try:
-        return profile_of_contour(table, absolute(table.file, InputError, folder))
-    except InputError as fault:
-        raise InputError(f"{where}: {fault}") from None
-
-
-def _placed(point: IgnitionTable, front: float, end: float) -> IgnitionTable:
-    """Replace the words nose, middle and base by stations of the charge."""
-    if not isinstance(point.station, str):
-        return point
-    station = {"nose": front, "middle": 0.5 * (front + end), "base": end}[point.station]
-    return point.model_copy(update={"station": station})

@@ -5,27 +5,24 @@ from __future__ import annotations
 import math
 import textwrap
 import tomllib
-from typing import TYPE_CHECKING, Any, Literal, get_args, get_origin
+from typing import TYPE_CHECKING, Any, get_args
 
 from pydantic import BaseModel
-from pydantic_core import PydanticUndefined
 
-from fragfield.case.messages import mark_of, marks_of, tables_in
+from fragfield.case.keys import Key, keys_of, kind_of
 from fragfield.case.schema import CaseTable
 from fragfield.case.tables.burst import BurstTable
 from fragfield.case.tables.flight import HazardTable
 from fragfield.case.tables.round import RoundTable, StackTable
 from fragfield.case.write import toml_value
 from fragfield.errors import InputError, nearest
-from fragfield_base.inputs import NumberOrWord, Quantity, Vector
+from fragfield_base.inputs import Quantity, Vector
 from fragfield_base.substances import substance_key
 from fragfield_base.writing import write_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
     from pathlib import Path
-
-    from pydantic.fields import FieldInfo
 
     from fragfield_base.substances import Kind
 
@@ -141,7 +138,6 @@ def _lying(profile: str) -> dict[str, Any]:
 
 
 def _built_in(option: str, name: str, kind: Kind, allowed: Sequence[str]) -> str:
-    """The built-in name of a substance, however it is written."""
     key = substance_key(name, kind)
     _require(option, key if key in allowed else name, allowed)
     return key
@@ -160,8 +156,8 @@ def _casing_for(profile: str, casings: Iterable[str]) -> str:
 
 
 def _value(model: type[BaseModel], name: str) -> object:
-    """The example that the schema gives for a field."""
-    return tomllib.loads(f"value = {_example(model.model_fields[name])}")["value"]
+    (key,) = (one for one in keys_of(model) if one.name == name)
+    return tomllib.loads(f"value = {_example(key)}")["value"]
 
 
 def commented_case(chosen: Mapping[str, Any]) -> str:
@@ -171,127 +167,73 @@ def commented_case(chosen: Mapping[str, Any]) -> str:
     """
     lines: list[str] = []
     further = []
-    for name, field in CaseTable.model_fields.items():
-        value = chosen.get(name)
-        models = [model for _, model in tables_in(field.annotation)]
-        if not models:
-            lines += _entry(name, field, chosen)
-        elif isinstance(value, list):
-            for entry in value:
-                model = next((one for one in models if _is_kind(one, entry)), models[0])
-                lines += ["", *_table(model, (name,), entry, field, head=f"[[{name}]]")]
-        elif isinstance(value, dict):
-            lines += ["", *_table(models[0], (name,), value, field)]
+    for key in keys_of(CaseTable):
+        value = chosen.get(key.name)
+        if not key.tables:
+            lines += _entry(key, chosen)
+        elif value is None:
+            head = f"[[{key.name}]]" if key.listed else f"[{key.name}]"
+            further += _comment(f"{head}  {key.meaning or _first_line(key.tables[0])}")
         else:
-            head = f"[[{name}]]" if get_origin(field.annotation) is list else f"[{name}]"
-            further += _comment(f"{head}  {field.description or _first_line(models[0])}")
+            for entry in value if isinstance(value, list) else [value]:
+                table = next((one for one in key.tables if kind_of(one) == entry.get("kind", "")), key.tables[0])
+                head = f"[[{key.name}]]" if key.listed else f"[{key.name}]"
+                lines += ["", *_table(table, entry, head, key.meaning)]
     if further:
         lines += ["", "# Further tables, as the user guide has them:", *further]
     return "\n".join(lines) + "\n"
 
 
-def _is_kind(model: type[BaseModel], entry: Mapping[str, Any]) -> bool:
-    kind = model.model_fields.get("kind")
-    return kind is None or "kind" not in entry or entry["kind"] in get_args(kind.annotation)
-
-
-def _table(
-    model: type[BaseModel],
-    path: tuple[str, ...],
-    chosen: Mapping[str, Any],
-    field: FieldInfo | None,
-    head: str = "",
-) -> Iterator[str]:
-    """A table with its own keys and then its sub-tables."""
-    yield from _comment((field.description if field else None) or _first_line(model))
-    yield head or f"[{'.'.join(path)}]"
-    tables = {}
-    for name, entry in model.model_fields.items():
-        table = _sub_table(entry)
-        if table is None or _inline(entry) is not None or isinstance(chosen.get(name), str):
-            yield from _entry(name, entry, chosen)
+def _table(model: type[BaseModel], chosen: Mapping[str, Any], head: str, meaning: str = "") -> Iterator[str]:
+    yield from _comment(meaning or _first_line(model))
+    yield head
+    below = []
+    for key in keys_of(model):
+        is_table = isinstance(key.default, BaseModel) or (len(key.types) == 1 and key.tables and not key.listed)
+        if not is_table or _extra(key, "inline") or isinstance(chosen.get(key.name), str):
+            yield from _entry(key, chosen)
         else:
-            tables[name] = (table, entry)
-    for name, (table, entry) in tables.items():
-        if name in chosen:
-            yield from ["", *_table(table, (*path, name), chosen[name], None)]
+            below.append((key, type(key.default) if isinstance(key.default, BaseModel) else key.tables[0]))
+    for key, table in below:
+        path = f"[{head.strip('[]')}.{key.name}]"
+        if key.name in chosen:
+            yield from ["", *_table(table, chosen[key.name], path)]
         else:
-            yield from _comment(f"[{'.'.join((*path, name))}]  {entry.description or _first_line(table)}")
-
-
-def _sub_table(field: FieldInfo) -> type[BaseModel] | None:
-    """Model of a field that is a table by default or can only be one; None where it is a value."""
-    if isinstance(field.default, BaseModel):
-        return type(field.default)
-    choices = [one for one in (get_args(field.annotation) or (field.annotation,)) if one is not type(None)]
-    only = choices[0] if len(choices) == 1 else None
-    return only if isinstance(only, type) and issubclass(only, BaseModel) else None
+            yield from _comment(f"{path}  {key.meaning or _first_line(table)}")
 
 
 def _first_line(model: type[BaseModel]) -> str:
     return (model.__doc__ or "").strip().partition("\n")[0]
 
 
-def _entry(name: str, field: FieldInfo, chosen: Mapping[str, Any]) -> Iterator[str]:
-    """Comment and line of a key: chosen, its default, an example, or the comment alone."""
-    words = [field.description or "", *_choices(field)]
-    if name in chosen:
-        yield from _comment(" ".join(words))
-        yield f"{name} = {toml_value(chosen[name])}"
-        return
-    default = field.get_default(call_default_factory=True)
-    extra = field.json_schema_extra
-    another = isinstance(extra, dict) and extra.get("instead_of") in chosen  # which excludes this key
-    if default is not None and default is not PydanticUndefined and default != "" and not another:
-        yield from _comment(" ".join(words))
-        yield f"#{name} = {_default(default, field)}"
-    elif (example := _example(field)) is not None:
-        yield from _comment(" ".join(words) + _EXAMPLE)
-        yield f"#{name} = {example}"
+def _entry(key: Key, chosen: Mapping[str, Any]) -> Iterator[str]:
+    words = [toml_value(word) for word in key.choices or getattr(key.parsed, "words", ())]
+    words += ["a value"] if key.parsed and words else []
+    meaning = f"{key.meaning} One of {', '.join(words)}." if len(words) > 1 else key.meaning
+    if key.name in chosen:
+        yield from _comment(meaning)
+        yield f"{key.name} = {toml_value(chosen[key.name])}"
+    elif key.default not in (None, "") and _extra(key, "instead_of") not in chosen:  # which excludes this key
+        yield from _comment(meaning)
+        default = "{}" if isinstance(key.default, BaseModel) else toml_value(key.written(key.default))
+        yield f"#{key.name} = {default}"  # of a table: with all of its keys left out
+    elif example := _example(key):
+        yield from _comment(meaning + _EXAMPLE)
+        yield f"#{key.name} = {example}"
     else:
-        yield from _comment(f"{name}: {' '.join(words)}")
+        yield from _comment(f"{key.name}: {meaning}")
 
 
 def _comment(text: str) -> list[str]:
     return textwrap.wrap(text.strip(), _WIDTH, initial_indent="# ", subsequent_indent="# ", break_on_hyphens=False)
 
 
-def _choices(field: FieldInfo) -> list[str]:
-    """The words or numbers that a field may be, as one sentence."""
-    choices = [part for part in (field.annotation, *get_args(field.annotation)) if get_origin(part) is Literal]
-    words = [toml_value(word) for part in choices for word in get_args(part)]
-    for mark in marks_of(field):
-        if isinstance(mark, (Quantity, NumberOrWord)) and mark.words:
-            words = [*(toml_value(word) for word in mark.words), "a value"]
-    return [f"One of {', '.join(words)}."] if len(words) > 1 else []
+def _extra(key: Key, name: str) -> str:
+    extra = key.field.json_schema_extra
+    return str(extra.get(name, "")) if isinstance(extra, dict) else ""
 
 
-def _default(default: object, field: FieldInfo) -> str:
-    """A default as the file has it, values with a dimension in the unit of the field's example."""
-    vector = mark_of(field, Vector)
-    if vector is not None and vector.component is not None and isinstance(default, tuple):
-        return toml_value([f"{component:g} {vector.component.symbol}" for component in default])
-    quantity = mark_of(field, Quantity)
-    if isinstance(default, BaseModel):
-        return "{}"  # the table, with all of its keys left out
-    if quantity is None or not isinstance(default, float):
-        return toml_value(default)
-    return toml_value(quantity.in_unit_of_example(default))
-
-
-def _inline(field: FieldInfo) -> str | None:
-    """A small table as it stands in one line, of a field that is written so."""
-    extra = field.json_schema_extra
-    return str(extra["inline"]) if isinstance(extra, dict) and "inline" in extra else None
-
-
-def _example(field: FieldInfo) -> str | None:
-    """An example as the file has it, None where the schema has none."""
-    if (inline := _inline(field)) is not None:
-        return inline
-    quantity = mark_of(field, Quantity)
-    if quantity is not None and get_origin(field.annotation) is not list:
-        plain = not any(get_origin(part) is list for part in get_args(field.annotation))
-        return toml_value(quantity.example) if plain else None
-    vector = mark_of(field, Vector)
-    return vector.example if vector is not None else None
+def _example(key: Key) -> str:
+    if key.listed or not isinstance(key.parsed, (Quantity, Vector)):
+        return _extra(key, "inline")
+    return key.example if isinstance(key.parsed, Vector) else toml_value(key.example)

@@ -20,7 +20,6 @@ _ENDS = OnlyWith(
 
 
 def _of(distribution: str) -> OnlyWith:
-    """A parameter that one distribution has and needs."""
     return OnlyWith("distribution", (distribution,), refused=True, needed=(distribution,))
 
 

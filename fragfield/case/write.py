@@ -71,7 +71,6 @@ def _brief(rounds: list[dict[str, Any]]) -> Iterator[tuple[dict[str, Any], str]]
 
 
 def _ten_digits(value: Any) -> Any:  # noqa: ANN401 - any value of a table
-    """Tables with every pure number to ten digits."""
     if isinstance(value, dict):
         return {key: _ten_digits(entry) for key, entry in value.items()}
     if isinstance(value, list):

@@ -12,6 +12,7 @@ from fragfield.case.checks.bounds import outside_soft
 from fragfield.case.checks.estimates import map_warnings
 from fragfield.case.conversion.exposed_sites import outline_of
 from fragfield.case.conversion.rounds import burst_round, first_alike
+from fragfield.case.faults import Doubt
 from fragfield.case.tables.flight import CylinderTable
 from fragfield.hazard.contents import arrangement_warnings, with_images
 from fragfield_base.substances import graded, substance, substance_names
@@ -66,14 +67,16 @@ def case_warnings(
     yield from map_warnings(case)
     fixed = settings.time_step.fixed
     if fixed is not None and fixed > 0.5 * expected["stable_time_step"]:
-        yield (
-            f"burst.time_step.fixed = {fixed:g} s; the first stable step is about {expected['stable_time_step']:.3g} s "
-            "and falls while cells are compressed"
+        yield Doubt(
+            "burst.time_step.fixed",
+            f" = {fixed:g} s; the first stable step is about {expected['stable_time_step']:.3g} s "
+            "and falls while cells are compressed",
         )
     for index, number in Counter(first_alike(case)).items():
         others = f" and {number - 1} alike" if number > 1 else ""
-        key = f"round[{index + 1}] ({described[index]['name']}{others})"
-        yield from _round_warnings(key, settings, described[index])
+        whose = f" ({described[index]['name']}{others})"
+        for words in _round_warnings(settings, described[index]):
+            yield Doubt(f"round[{index + 1}]", f"{whose}: {words}")
     yield from obstacle_warnings(case, settings, described)
     yield from witness_warnings(case, max(found["outer_diameter"] for found in described))
 
@@ -89,23 +92,28 @@ def doubts(case: CaseTable, *, burst: bool = True) -> Iterator[str]:
         return
     yield from arrangement_warnings(case)
     if settings.products == "landau":
-        yield (
-            'burst.products = "landau" starts from the pressure of an instantaneous explosion; with a '
+        yield Doubt(
+            "burst.products",
+            ' = "landau" starts from the pressure of an instantaneous explosion; with a '
             "travelling detonation front the products do about 1.2 times the work rho Q; "
-            '"landau_cj" and "jwl" give the heat of detonation'
+            '"landau_cj" and "jwl" give the heat of detonation',
         )
     if settings.burn == "time" and settings.products != "jwl":
-        yield (
-            'burst.burn = "time" does not give a steady front with Landau products: cells ahead of it may be crushed; '
-            '"time_or_compression" ignites them'
+        yield Doubt(
+            "burst.burn",
+            ' = "time" does not give a steady front with Landau products: cells ahead of it may be crushed; '
+            '"time_or_compression" ignites them',
         )
     if settings.end_time is not None:
-        yield (
-            f"burst.end_time = {settings.end_time:g} s: the burst ends there, complete or not, and fragments "
-            "start with the speeds of that time; left out, it ends by its asymptote, not before casings have collided"
+        yield Doubt(
+            "burst.end_time",
+            f" = {settings.end_time:g} s: the burst ends there, complete or not, and fragments "
+            "start with the speeds of that time; left out, it ends by its asymptote, not before casings have collided",
         )
     if not settings.leakage.enabled:
-        yield "burst.leakage.enabled = false: the products expand without venting, so speeds are upper bounds"
+        yield Doubt(
+            "burst.leakage.enabled", " = false: the products expand without venting, so speeds are upper bounds"
+        )
     for index, number in Counter(first_alike(case)).items():
         profile = burst_round(case.round[index], f"round[{index + 1}]").profile
         if profile is None or not any(one.kind == "wall" for one in profile.segments):
@@ -146,41 +154,42 @@ def mean_mass_warnings(case: CaseTable, rounds: Sequence[Round], described: Sequ
         texts = list(outside_data(found["outer_diameter"], found["charge_ratio"], casing, filling))
         if texts:
             others = f" and {number - 1} alike" if number > 1 else ""
-            yield (
-                f"round[{index + 1}] ({found['name']}{others}): no published mean masses of fragments are close: "
+            yield Doubt(
+                f"round[{index + 1}]",
+                f" ({found['name']}{others}): no published mean masses of fragments are close: "
                 f"{'; '.join(texts)}. No published scatter covers it: measure the mean mass, or vary it and compare "
-                "the distances"
+                "the distances",
             )
 
 
 def _heavy_mean(case: CaseTable, described: Sequence[dict[str, Any]]) -> Iterator[str]:
-    """Segments that are lighter than a given mean mass: each stays one piece."""
     mean = float(case.break_up.mean_mass)
     for index in dict.fromkeys(first_alike(case)):
         segments = described[index].get("segments", []) if case.break_up.segments is None else []
         light = [f'"{one["name"]}" ({one["casing_mass"]:.3g} kg)' for one in segments if one["casing_mass"] < mean]
         if light:
-            yield (
-                f"round[{index + 1}] ({described[index]['name']}): break_up.mean_mass = {mean:g} kg is above the "
+            yield Doubt(
+                f"round[{index + 1}]",
+                f" ({described[index]['name']}): break_up.mean_mass = {mean:g} kg is above the "
                 "mass of "
-                f"{' and '.join(light)}, of which each stays one piece"
+                f"{' and '.join(light)}, of which each stays one piece",
             )
 
 
-def _round_warnings(key: str, settings: BurstSettings, found: dict[str, Any]) -> Iterator[str]:
+def _round_warnings(settings: BurstSettings, found: dict[str, Any]) -> Iterator[str]:
     low, high = _FUZE_DENSITIES
     if found.get("fuze_density") and not low <= found["fuze_density"] <= high:
         yield (
-            f"{key}: the fuze of {found['fuze_mass']:.3g} kg has {found['fuze_density']:.0f} kg/m3 in its cavity; "
+            f"the fuze of {found['fuze_mass']:.3g} kg has {found['fuze_density']:.0f} kg/m3 in its cavity; "
             "usual: "
             f"{low:g} to {high:g} kg/m3, for what fills the cavity alone"
         )
     for name, error in found["mass_error_of_mesh"].items():
         if abs(error) > _MASS_TOLERANCE:
-            yield f"{key}: {name} of the mesh is off by {error:+.2%}; use smaller cells to follow the contour"
+            yield f"{name} of the mesh is off by {error:+.2%}; use smaller cells to follow the contour"
     passage = found["charge_length"] / found["detonation_velocity"]
     if settings.end_time is not None and settings.end_time < passage:
-        yield f"{key}: burst.end_time = {settings.end_time:g} s ends before the front has passed ({passage:.3g} s)"
+        yield f"burst.end_time = {settings.end_time:g} s ends before the front has passed ({passage:.3g} s)"
 
 
 def obstacle_warnings(case: CaseTable, settings: BurstSettings, described: Sequence[dict[str, Any]]) -> Iterator[str]:
@@ -213,17 +222,18 @@ def witness_warnings(case: CaseTable, largest_diameter: float) -> Iterator[str]:
     for number, surface in enumerate(case.witness, start=1):
         if not isinstance(surface, CylinderTable):
             continue
-        key = f"witness[{number}].radius = {surface.radius:g} m"
+        key, radius = f"witness[{number}].radius", f" = {surface.radius:g} m"
         reach = max(math.hypot(x - surface.centre[0], y - surface.centre[1]) for x, y, _ in with_images(case))
         if surface.radius < 2.0 * (reach + largest_diameter):
-            yield f"{key}: so close that casings may reach it before break-up"
+            yield Doubt(key, f"{radius}: so close that casings may reach it before break-up")
         for obstacle in case.obstacle:
             nearest, farthest = _distances(np.asarray(surface.centre), outline_of(obstacle))
             if nearest < surface.radius < farthest:
-                yield (
-                    f'{key}: {surface.name} cuts {obstacle.kind} "{obstacle.name}", whose foot lies {nearest:.3g} to '
-                    f"{farthest:.3g} m from its centre: part of the surface lies in front of the obstacle and part "
-                    f"behind it; use less than {nearest:.3g} m or more than {farthest:.3g} m"
+                yield Doubt(
+                    key,
+                    f'{radius}: {surface.name} cuts {obstacle.kind} "{obstacle.name}", whose foot lies {nearest:.3g} '
+                    f"to {farthest:.3g} m from its centre: part of the surface lies in front of the obstacle and part "
+                    f"behind it; use less than {nearest:.3g} m or more than {farthest:.3g} m",
                 )
 
 

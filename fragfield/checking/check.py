@@ -12,8 +12,8 @@ from fragfield.case import plain
 from fragfield.case.checks.estimates import check_numbers, given_fragments
 from fragfield.case.conversion.attitude import is_mixed
 from fragfield.case.conversion.rounds import burst_rounds, first_alike
-from fragfield.case.conversion.stages import break_up_settings, burst_settings
-from fragfield.case.conversion.symmetry import burst_geometry
+from fragfield.case.faults import Doubt
+from fragfield.case.problem import break_up_settings, burst_geometry, burst_settings
 from fragfield.checking.case_warnings import case_warnings, mean_mass_warnings, substances_of, waiting_on_estimates
 from fragfield.checking.cost import expected_cost
 from fragfield.contours.read import is_of_file
@@ -77,9 +77,7 @@ def check_report(case: CaseTable) -> dict[str, Any]:
     ]
     cells = sum(qualities[key].cells for key in computed)
     symmetry = part.summary()
-    expected = expected_cost(
-        settings, rounds, described, [meshed[key] for key in of_round], computed_cells=cells, share=symmetry["share"]
-    )
+    expected = expected_cost(settings, rounds, [meshed[key] for key in of_round], cells, symmetry["share"])
     if is_mixed(case):
         expected["attitudes"] = attitudes_of(case)
     return {
@@ -100,14 +98,13 @@ def check_report(case: CaseTable) -> dict[str, Any]:
             *case_warnings(case, settings, described, expected),
             *waiting_on_estimates(rounds),
             *mean_mass_warnings(case, rounds, described),
-            *check_numbers(case, break_up_settings(case), margin=1.0),
+            *(Doubt(key, f": {words}") for key, words in check_numbers(case, break_up_settings(case), margin=1.0)),
         ],
         **_prescribed(case),
     }
 
 
 def _of_drawing(table: RoundTable, found: Mapping[str, Any]) -> dict[str, Any]:
-    """How the contour of a round was read from a file, and the masses of its drawing with what ours differ by."""
     made: dict[str, Any] = {}
     if isinstance(table.profile, dict) and is_of_file(table.profile):
         made["contour"] = {"source": table.profile["source"], "notes": table.profile.get("notes", "")}
@@ -120,7 +117,6 @@ def _of_drawing(table: RoundTable, found: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _prescribed(case: CaseTable) -> dict[str, Any]:
-    """Official distances, and net explosive quantity and rules by mass."""
     contents = contents_of(case)
     rules, official = tuple(rules_for(contents, case.official)), official_part(case)
     return {
@@ -132,7 +128,6 @@ def _prescribed(case: CaseTable) -> dict[str, Any]:
 
 
 def _meshed(item: Round, settings: BurstSettings, cuts: Sequence[Mirror]) -> tuple[CellMesh, MeshQuality]:
-    """The mesh on which a round is computed, cut at planes of symmetry, and its quality."""
     from burst_fenicsx.meshing import mesh_round, quality
     from burst_fenicsx.meshing.cut import split_charges
 
@@ -182,7 +177,6 @@ def _round(entry: Round, settings: BurstSettings, mesh: CellMesh, times: int) ->
 
 
 def _mesh_extent(entry: Round, mesh: CellMesh) -> dict[str, float]:
-    """Length, diameter and charge length (m) of a round from a mesh file."""
     from burst_fenicsx.problem import Part
 
     axis = np.array(entry.axis) / np.linalg.norm(entry.axis)
@@ -224,7 +218,6 @@ def _segments(entry: Round, mesh: CellMesh, times: int) -> Iterator[dict[str, An
 
 
 def _products(explosive: Explosive, settings: BurstSettings) -> dict[str, Any]:
-    """Constants of the isentrope, and the effective Gurney constant at three expansions."""
     from burst_fenicsx.materials.products import make_products
     from burst_fenicsx.materials.products.landau import LandauProducts
 

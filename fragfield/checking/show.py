@@ -14,7 +14,6 @@ from fragfield.hazard.contents import quantity_words
 from fragfield.results.hazard import Attitude
 from fragfield.results.rules import DistanceToApply
 from fragfield.results.words import metres
-from fragfield.terminal.progress import duration
 from fragfield.terminal.show import OFFICIAL_LABELS, number_text, plain_console, stripped
 from fragfield_base.substances import substance_title
 
@@ -96,12 +95,9 @@ def _burst(found: Mapping[str, Any]) -> Iterator[str | Table]:
     from burst_fenicsx.symmetry import symmetry_words
 
     yield from symmetry_words(found["symmetry"])
-    yield (
-        f"expected: about {expected['steps']} steps of a cell, {expected['mean_time_step'] * 1e9:.3g} ns on average, "
-        f"to {expected['end_time'] * 1e6:.3g} us, {_gigabytes(expected)}, "
-        f"{_about(expected['core_seconds'])} on one core; flights, the bursts of the grid convergence and the report "
-        "come on top"
-    )
+    end = "" if expected["end_time"] is None else f", a burst to {expected['end_time'] * 1e6:.3g} us"
+    memory = expected["memory_bytes"] / 1e9
+    yield f"expected: about {f'{memory:.2g}' if memory < 99.5 else f'{memory:.0f}'} GB{end}"
     if number := expected.get("attitudes"):
         yield (
             f"mixed attitudes: the flight is computed in {number} attitudes and in finer steps beside the worst; it "
@@ -109,18 +105,7 @@ def _burst(found: Mapping[str, Any]) -> Iterator[str | Table]:
         )
 
 
-def _gigabytes(cost: Mapping[str, Any]) -> str:
-    memory = cost["memory_bytes"] / 1e9
-    return f"{memory:.2g} GB" if memory < 99.5 else f"{memory:.0f} GB"
-
-
-def _about(seconds: float) -> str:
-    words = duration(seconds)
-    return words if words.startswith("under") else f"about {words}"
-
-
 def _prescribed(found: Mapping[str, Any]) -> Iterator[str | Table]:
-    """Official distances of the round, net explosive quantity, and the rules by mass that are prescribed."""
     if official := found.get("official"):
         for key, label in OFFICIAL_LABELS.items():
             if official[key] is not None:
@@ -133,7 +118,6 @@ def _prescribed(found: Mapping[str, Any]) -> Iterator[str | Table]:
 
 
 def _alike(rounds: Iterable[Mapping[str, Any]]) -> list[tuple[list[str], Mapping[str, Any]]]:
-    """Rounds with the same numbers together: their names, and the numbers."""
     groups: list[tuple[list[str], Mapping[str, Any]]] = []
     for entry in rounds:
         same = next((group for group in groups if {**group[1], "name": entry["name"]} == entry), None)
@@ -151,7 +135,6 @@ def _listed(names: list[str]) -> str:
 
 
 def _arrangement(found: Mapping[str, Any]) -> Iterator[str | Table]:
-    """Places of the rounds, their nearest pair, planes and contact."""
     table = Table(title="arrangement", title_justify="left", box=None, pad_edge=False)
     for head in ("round", "x mm", "y mm", "z mm", "axis", "initiated"):
         table.add_column(head, justify="right" if head.endswith("mm") else "left")
@@ -187,7 +170,6 @@ def _arrangement(found: Mapping[str, Any]) -> Iterator[str | Table]:
 
 
 def _map(ground: Mapping[str, Any]) -> Iterator[str | Table]:
-    """A map of heights: extent, cell, holes, and how its file was read."""
     (west, east), (south, north), (low, high) = ground["x"], ground["y"], ground["z"]
     yield (
         f"ground: {ground['map']}, {ground['nodes'][0]} x {ground['nodes'][1]} nodes {ground['cell'][0]:.5g} m by "
@@ -207,7 +189,6 @@ def _map(ground: Mapping[str, Any]) -> Iterator[str | Table]:
 
 
 def _surroundings(found: Mapping[str, Any]) -> Iterator[str | Table]:
-    """Ground and obstacles of the flight."""
     ground = found["ground"]
     if "map" in ground:
         yield from _map(ground)
@@ -235,7 +216,6 @@ def _surroundings(found: Mapping[str, Any]) -> Iterator[str | Table]:
 
 
 def _ignition(entry: Mapping[str, Any]) -> str:
-    """How a round is initiated, in words."""
     words = []
     if entry["delays"] is not None:
         first, last = (f"{time * 1e6:.4g}" for time in entry["delays"])

@@ -6,6 +6,7 @@ import json
 import os
 import platform
 import subprocess
+from contextlib import suppress
 from datetime import UTC, datetime
 from functools import cache
 from importlib import metadata
@@ -33,9 +34,10 @@ _DISTRIBUTIONS = {
     "scipy": "scipy",
     "numba": "numba",
     "h5py": "h5py",
-    "dolfinx": "fenics-dolfinx",
+    "dolfinx": "fenics-dolfinx dolfinx-solver-real",  # PyPI's wheel is named by its maker
     "petsc4py": "petsc4py",
     "mpi4py": "mpi4py",
+    "mpich": "mpich",
     "gmsh": "gmsh",
     "meshio": "meshio",
     "pyvista": "pyvista",
@@ -50,11 +52,10 @@ _DISTRIBUTIONS = {
 def versions() -> dict[str, str]:
     """Versions of the program, of Python and of what the results may depend on; nothing is imported for it."""
     found = {"fragfield": __version__, "python": platform.python_version()}
-    for name, distribution in _DISTRIBUTIONS.items():
-        try:
-            found[name] = metadata.version(distribution)
-        except metadata.PackageNotFoundError:
-            continue
+    for name, distributions in _DISTRIBUTIONS.items():
+        for distribution in distributions.split():
+            with suppress(metadata.PackageNotFoundError):
+                found[name] = metadata.version(distribution)
     return found
 
 

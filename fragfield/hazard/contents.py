@@ -36,7 +36,7 @@ def arrangement(case: CaseTable) -> dict[str, Any]:
     and last delay, `initiation`), `min_clearance` (two names and the clear distance, or None for a single round),
     `planes` (name, kind, the nearest round and its clear distance), `surroundings` (of the flight) and `contact`.
     """
-    from fragfield.case.conversion.stages import burst_settings
+    from fragfield.case.problem import burst_settings
 
     bodies = [placed(entry) for entry in case.round]
     contact = burst_settings(case).contact
@@ -78,7 +78,7 @@ def _min_clearance(case: CaseTable, bodies: Sequence[Body]) -> dict[str, Any] | 
 
 
 def _plane(case: CaseTable, plane: PlaneTable, bodies: Sequence[Body]) -> dict[str, Any]:
-    from fragfield.case.conversion.rounds import rigid_plane
+    from fragfield.case.problem import rigid_plane
 
     low = [heights(body, plane)[0] for body in bodies]
     nearest = int(np.argmin(np.round(low, 9)))

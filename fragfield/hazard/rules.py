@@ -334,7 +334,7 @@ def _beam(case: CaseTable, field: PolarField) -> BeamDistance:
     from flight.hazard.retardation import Retardation
     from flight.hazard.tp12 import beam_distance
     from flight.shape import FORGED_STEEL_SHELL
-    from fragfield.case.conversion.stages import flight_arguments, hazard_criteria
+    from fragfield.case.problem import flight_arguments, hazard_criteria
 
     density, sound = _air(case)
     drag = flight_arguments(case)["drag"]
@@ -344,7 +344,7 @@ def _beam(case: CaseTable, field: PolarField) -> BeamDistance:
 
 def _stack(case: CaseTable, field: PolarField, side: int, top: int) -> tuple[StackDistance, float]:
     from flight.hazard.tp12 import effective_number, stack_distance
-    from fragfield.case.conversion.stages import hazard_criteria
+    from fragfield.case.problem import hazard_criteria
 
     number = effective_number(side, top, case.hazard.stack_rule.cover)
     density, _ = _air(case)
@@ -354,9 +354,9 @@ def _stack(case: CaseTable, field: PolarField, side: int, top: int) -> tuple[Sta
 
 def _air(case: CaseTable) -> tuple[float, float]:
     """Density (kg/m3) and speed of sound (m/s) on the ground at the origin."""
-    from fragfield.case.conversion.surroundings import air_of, ground_height
+    from fragfield.case.conversion.surroundings import ground_height
 
-    air, ground = air_of(case), ground_height(case, *case.flight.origin)
+    air, ground = case.flight.air.air(), ground_height(case, *case.flight.origin)
     return float(air.density(ground)), float(air.sound_speed(ground))
 
 

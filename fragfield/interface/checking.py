@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from pydantic import ValidationError
 
 from fragfield.case.changes import read_settings
-from fragfield.case.messages import explain, join_faults
+from fragfield.case.faults import CaseFaults, explain
 from fragfield.case.tables.round import ContourTable
 from fragfield.case.tables.site import PlacesTable, SiteTable
 from fragfield.case.write import plain, tables_to_toml
@@ -204,4 +204,4 @@ def _table(model: type[Model], values: Mapping[str, Any]) -> Model:
     try:
         return model.model_validate(dict(values))
     except ValidationError as error:
-        raise InputError(join_faults("--set", explain(error, model))) from None
+        raise CaseFaults("--set", explain(error, model)) from None

@@ -106,7 +106,7 @@ def options_of(
     if options.get("threads") is not None:
         limit_threads(options["threads"])
     from fragfield.case.checks.consistency import check_case
-    from fragfield.case.messages import join_faults
+    from fragfield.case.faults import CaseFaults
     from fragfield.pipeline.job import RunOptions
 
     made = None
@@ -114,7 +114,7 @@ def options_of(
         found = case_of(case, set=set)
         set, made = (), found.values  # noqa: A001
         if burst and (faults := check_case(made)):
-            raise InputError(join_faults("case", faults))
+            raise CaseFaults("case", faults)
         if out is None:
             if found.path is None:
                 raise InputError('out: missing; a case made in Python needs a run directory, such as out="runs/first"')

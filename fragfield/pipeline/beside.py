@@ -31,7 +31,7 @@ def burst_beside(case: CaseTable, folder: Path, team: Team) -> Burst:
     """The burst's summary, and the state at its end. On one rank; its files lie in a folder that is removed then."""
     from burst_fenicsx import simulate
     from fragfield.case.conversion.rounds import burst_rounds
-    from fragfield.case.conversion.stages import burst_settings
+    from fragfield.case.problem import burst_settings
     from transition import Snapshot
 
     try:
@@ -65,7 +65,7 @@ def flown_beside(
     What was flown, and the number of fragments: expected, or of the first realisation.
     """
     import transition
-    from fragfield.case.conversion.stages import break_up_settings
+    from fragfield.case.problem import break_up_settings
     from fragfield.pipeline.attitudes import fly_all
     from fragfield.pipeline.realisations import Realisations
 

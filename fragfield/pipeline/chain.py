@@ -7,6 +7,7 @@ import logging
 import sys
 from contextlib import ExitStack, contextmanager
 from dataclasses import replace
+from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
 from fragfield.case.checks.bounds import outside_soft
@@ -159,6 +160,7 @@ def _prepared(options: RunOptions, team: Team, held: ExitStack, stage: Stage) ->
     try:
         if stage.name == "burst":
             case = options.case()
+            _check_dolfinx()
             options.directory.make()
             held.enter_context(options.directory.locked())
             options.directory.claim(case, resume=options.resume, overwrite=options.overwrite)
@@ -169,6 +171,15 @@ def _prepared(options: RunOptions, team: Team, held: ExitStack, stage: Stage) ->
         raise
     team.broadcast((case, 0))
     return case, options.directory
+
+
+def _check_dolfinx() -> None:
+    if missing := [name for name in ("dolfinx", "mpi4py", "h5py") if find_spec(name) is None]:
+        raise InputError(
+            f"a burst needs dolfinx: found no {' and no '.join(missing)} in {sys.prefix}; needed: on Linux with x86-64 "
+            "and Python 3.12 or newer: pip install 'fragfield[dolfinx]'; on Debian 12 or 13: sh setup.sh; elsewhere "
+            "conda (environment.yml); `fragfield fly --fragments` needs none"
+        )
 
 
 @contextmanager

@@ -39,7 +39,7 @@ _log = logging.getLogger(__name__)
 def break_up_all(job: Job, snapshot_file: Path) -> tuple[BreakUpResult, list[Fragments]]:
     """Break the casings up as often as the case asks: the first realisation, and the fragments of the others."""
     import transition
-    from fragfield.case.conversion.stages import break_up_settings
+    from fragfield.case.problem import break_up_settings
 
     seed = job.case.seed
     prepared = transition.BreakUp(transition.Snapshot.read(snapshot_file), break_up_settings(job.case))
@@ -109,7 +109,7 @@ class _Found:
         from flight.hazard.density.directions import Directions
         from flight.hazard.pool import PooledFlights
         from fragfield.case.conversion.exposed_sites import exposed_sites_of
-        from fragfield.case.conversion.stages import hazard_criteria, hazard_directions, hazard_grid, kernel_degrees
+        from fragfield.case.problem import hazard_criteria, hazard_directions, hazard_grid, kernel_degrees
         from fragfield.hazard.exposed import ExposedSums
         from fragfield.pipeline.arena import arena_basis
 
@@ -179,7 +179,7 @@ class Flights:
     """Flights with one progress: the first on all threads, the others side by side."""
 
     def __init__(self, job: Job) -> None:
-        from fragfield.case.conversion.stages import flight_arguments, hazard_criteria, hazard_grid
+        from fragfield.case.problem import flight_arguments, hazard_criteria, hazard_grid
         from fragfield.hazard.exposed import ExposedPlaces
 
         self.arguments = flight_arguments(job.case)

@@ -15,8 +15,8 @@ import numpy as np
 from flight.hazard.integral import POINTS, SMALLEST_SCATTER, integrate
 from flight.hazard.pool import Completeness
 from fragfield.case.conversion.attitude import is_mixed
-from fragfield.case.conversion.symmetry import burst_geometry
 from fragfield.case.conversion.turned import Arrangement
+from fragfield.case.problem import burst_geometry
 from fragfield.results.hazard import FlownAttitude
 
 if TYPE_CHECKING:
@@ -84,7 +84,7 @@ class Integrand:
         `finely`: with the points that the distance in a worst direction needs.
         """
         from flight.hazard.density.directions import Directions
-        from fragfield.case.conversion.stages import (
+        from fragfield.case.problem import (
             flight_arguments,
             hazard_criteria,
             hazard_directions,

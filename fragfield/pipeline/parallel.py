@@ -59,9 +59,10 @@ class Team:
         """
         if (started := launched_size()) < 2:
             return cls()
-        if (commands := launched_commands()) > 1:
+        mpi = importlib.import_module("mpi4py.MPI")
+        comm = mpi.COMM_WORLD
+        if (commands := 1 + max(comm.allgather(comm.Get_attr(mpi.APPNUM) or 0))) > 1:
             raise InputError(f"found {commands} commands in one MPI launch; allowed: one command for all ranks")
-        comm = importlib.import_module("mpi4py.MPI").COMM_WORLD
         if comm.Get_size() == 1:
             raise InputError(
                 f"found {started} ranks by the launcher's variables, and 1 by MPI: each would make the whole run; the "

@@ -94,7 +94,7 @@ class Realisations:
         if self._prepared is not None or self._snapshot is None:
             return
         import transition
-        from fragfield.case.conversion.stages import break_up_settings
+        from fragfield.case.problem import break_up_settings
 
         snapshot = transition.Snapshot.read(self._snapshot)
         self._prepared = transition.BreakUp(snapshot, break_up_settings(self.job.case))

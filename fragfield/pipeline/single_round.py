@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from fragfield.case.conversion.rounds import are_alike
-from fragfield.case.conversion.symmetry import burst_geometry
+from fragfield.case.problem import burst_geometry
 from fragfield.errors import EXIT_FAULT, exit_code_of, message_of
 from fragfield.pipeline.beside import burst_beside, silent
 
@@ -83,7 +83,7 @@ def single_round(job: Job, realisations: Sequence[Fragments]) -> SingleRound:
 
 def _fragments(job: Job, case: CaseTable, snapshot: Snapshot) -> list[Fragments]:
     import transition
-    from fragfield.case.conversion.stages import break_up_settings
+    from fragfield.case.problem import break_up_settings
 
     upright = case.model_copy(update={"break_up": case.break_up.model_copy(update={"tilt": 0.0})})
     broken = transition.BreakUp(snapshot, break_up_settings(upright))

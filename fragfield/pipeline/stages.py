@@ -48,8 +48,7 @@ def burst(job: Job, _: Stage) -> Summary:
     """Detonation and acceleration of the casings: burst.xdmf, burst_snapshot.h5. Collective over the team's ranks."""
     from burst_fenicsx import simulate
     from fragfield.case.conversion.rounds import burst_rounds
-    from fragfield.case.conversion.stages import burst_settings
-    from fragfield.case.conversion.symmetry import burst_geometry
+    from fragfield.case.problem import burst_geometry, burst_settings
     from fragfield.checking.cost import expected_end
 
     settings, choice, rounds = burst_settings(job.case), burst_geometry(job.case), burst_rounds(job.case)
@@ -94,8 +93,8 @@ def fly(job: Job, stage: Stage) -> Summary:
     """Fragments fly to the ground through the witness surfaces: landing.h5, hits.h5, ensemble.h5, CSV."""
     from flight import hazard
     from flight.files.ensemble import write_ensemble
-    from fragfield.case.conversion.stages import hazard_criteria
     from fragfield.case.conversion.surroundings import bearing_of, with_bearing
+    from fragfield.case.problem import hazard_criteria
     from fragfield.hazard.recommended import hazard_of, recommended_of
     from fragfield.hazard.rules import rules_of
     from fragfield.hazard.site_map import write_contours

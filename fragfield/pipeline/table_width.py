@@ -29,7 +29,7 @@ def table_width(job: Job, table: ArenaTable, number: int) -> float:
     import flight
     from flight.hazard.density.directions import Directions
     from flight.hazard.pool import FlightCounts, PooledFlights
-    from fragfield.case.conversion.stages import flight_arguments, hazard_criteria, hazard_grid, kernel_degrees
+    from fragfield.case.problem import flight_arguments, hazard_criteria, hazard_grid, kernel_degrees
 
     case, basis = job.case, arena_basis(job.case)[0]
     grid, criteria = hazard_grid(case), hazard_criteria(case)

@@ -89,7 +89,7 @@ class WeightedFlights:
     def _solved(self, parts: Sequence[WeightedCounts]) -> Solved:
         from flight.hazard.density.directions import Directions
         from flight.hazard.pool import Completeness
-        from fragfield.case.conversion.stages import hazard_criteria, hazard_directions, hazard_grid, kernel_degrees
+        from fragfield.case.problem import hazard_criteria, hazard_directions, hazard_grid, kernel_degrees
 
         basis, mirrors = hazard_directions(self.case)
         grid = hazard_grid(self.case)
@@ -122,13 +122,13 @@ class WeightedFlights:
                 target = min(more, most)
 
     def _arguments(self, number: int) -> dict[str, Any]:
-        from fragfield.case.conversion.stages import flight_arguments
+        from fragfield.case.problem import flight_arguments
 
         return flight_arguments(self.case) | {"witnesses": (), "sample": 0, "seed": number}
 
     def _flown(self, number: int, made: WeightedFragments, threads: int) -> WeightedCounts:
         from flight.fluence import Weights
-        from fragfield.case.conversion.stages import hazard_criteria, hazard_grid
+        from fragfield.case.problem import hazard_criteria, hazard_grid
 
         arguments = self._arguments(number) | {"contact": None}
         return count_weighted(
@@ -145,14 +145,15 @@ def after_contact(
     Those of a segment that were struck are one group, and those that were not. `flight_arguments`: of `flight.fly`,
     with contact.
     """
-    from flight import Domain, fly
+    from flight import CONTACTS, Domain, fly
     from flight.integrate.legs import legs_between
     from transition.weighted import spread_out
 
     origin = flight_arguments.get("origin", (0.0, 0.0))
     farthest = float(np.linalg.norm(fragments.position[:, :2] - origin, axis=1).max())
     near = fly(fragments, **flight_arguments, domain=Domain(radius=farthest + flight_arguments["contact"].distance))
-    legs = legs_between(fragments, near.contacts)
+    contacts = np.zeros(0, dtype=CONTACTS) if near.contacts is None else near.contacts
+    legs = legs_between(fragments, contacts)
     last = legs.last(near.landing)
     struck = np.diff(legs.first)[legs.owner[last]] > 1
     groups = np.unique(np.column_stack([fragments.segment[legs.owner[last]], struck]), axis=0, return_inverse=True)[1]

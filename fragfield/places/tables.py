@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fragfield.case.conversion.exposed_sites import FARTHEST
-from fragfield.case.messages import mark_of
+from fragfield.case.keys import mark_of
 from fragfield.case.tables.round import length_of
 from fragfield.case.tables.surroundings import (
     AreaTable,

@@ -22,7 +22,7 @@ from rich.text import Text
 
 from fragfield.case import differences, load_changed_case
 from fragfield.case.changes import read_value
-from fragfield.case.conversion.symmetry import is_brief
+from fragfield.case.problem import is_brief
 from fragfield.case.write import toml_value
 from fragfield.errors import InputError, nearest
 from fragfield.files.run_directory import RunDirectory

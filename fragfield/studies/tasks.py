@@ -146,7 +146,7 @@ def _numbers(task: Task) -> dict[str, Any]:
 def _burst(case: CaseTable, task: Task) -> Burst:
     """The burst's summary, and the state at its end: of a run directory, of the last run, or of one made now."""
     from fragfield.case.conversion.rounds import burst_rounds
-    from fragfield.case.conversion.stages import burst_settings
+    from fragfield.case.problem import burst_settings
     from fragfield.pipeline.beside import burst_beside
     from fragfield.pipeline.parallel import Team
     from transition import Snapshot

@@ -19,7 +19,7 @@ from fragfield.app.fields import fields_of, kinds_of, read_field
 from fragfield.app.site_plan import imported, move, plan_of
 from fragfield.app.workspace import STATE, Workspace, safe_name
 from fragfield.case import load_case
-from fragfield.case.messages import tables_in
+from fragfield.case.keys import tables_in
 from fragfield.case.new_case import write_new_case
 from fragfield.case.schema import CaseTable
 from fragfield.errors import InputError
@@ -127,7 +127,7 @@ def test_a_fault_is_that_of_the_command_line(space, path, value, key):
         load_case(case.path)
     (fault,) = case.faults()
     assert fault.key.startswith(key)
-    assert fault.message in str(found.value)
+    assert fault.words in str(found.value)
 
 
 def test_two_hundred_fields_of_nonsense_are_kept_and_reported(space):
@@ -145,13 +145,13 @@ def test_two_hundred_fields_of_nonsense_are_kept_and_reported(space):
         except KeyError:
             continue
         for one in fields:
-            if one.kind not in ("table", "tables") and one.name not in ("kind", "name"):
+            if one.form not in ("table", "tables") and one.name not in ("kind", "name"):
                 case.set((*place, one.name), read_field(one, "]] 17 \u202e{nonsense} \\ '\""))
                 written += 1
     assert written >= 150
     faults = case.faults()
     assert len(faults) > 100
-    assert all(fault.message and "Traceback" not in fault.message for fault in faults)
+    assert all(fault.words and "Traceback" not in fault.words for fault in faults)
     assert tomllib.loads(case.text) == case.tables
 
 
@@ -159,7 +159,7 @@ def test_text_that_is_no_toml_is_kept_too(space):
     case = CaseDocument(space, "new.toml")
     case.replace("[[[ nonsense")
     (fault,) = case.faults()
-    assert "not valid TOML" in fault.message
+    assert "not valid TOML" in fault.words
     assert case.text == "[[[ nonsense"
 
 
@@ -206,7 +206,7 @@ def test_numbers_of_a_contour_have_a_point_and_nonsense_is_kept():
 def test_a_decimal_comma_is_refused_in_words(space, path, value):
     case = CaseDocument(space, "m107_pair_site.toml")
     case.set(path, value)
-    assert any("which has a comma; a number has a decimal point" in fault.message for fault in case.faults())
+    assert any("which has a comma; a number has a decimal point" in fault.words for fault in case.faults())
 
 
 def test_a_mark_is_moved_where_it_stands_on_the_map_and_on_earth(space):

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from hypothesis import strategies as st
 from pydantic import BaseModel
 
-from fragfield.case.messages import marks_of, tables_in
+from fragfield.case.keys import marks_of, tables_in
 from fragfield.case.schema import CaseTable
 from fragfield.case.write import toml_value
 from fragfield_base.inputs import Quantity, Vector

@@ -12,6 +12,7 @@ from typing import Any
 from fragfield.files.run_directory import STAGES
 from tests.datasets import differing
 from tests.fragfield.short_run import SHORT, command, environment
+from tests.ranks import mpirun_command
 
 __all__ = ["CASE", "FILES", "different", "run", "start"]
 
@@ -49,7 +50,7 @@ def start(*arguments: object, ranks: int = 1, report: bool = True, **options: An
     code = (_OFTEN if arguments[0] == "burst" else "") + ("" if report else _WITHOUT_REPORT)
     if code:
         words = [words[0], "-X", "faulthandler", "-c", code + _COMMAND, *map(str, arguments)]
-    launcher = ["mpirun", "--oversubscribe", "-n", str(ranks)] if ranks > 1 else []
+    launcher = mpirun_command(ranks) if ranks > 1 else []
     variables = environment()
     if ranks > 1:
         variables |= {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}

@@ -58,7 +58,7 @@ def test_closing_waits_and_raises_nothing():
 
 def test_a_checkpoint_comes_after_the_outputs_before_it(tmp_path, monkeypatch):
     """However slowly they are written: a burst that goes on from it drops none and writes none twice."""
-    pytest.importorskip("dolfinx")
+    pytest.importorskip("burst_fenicsx.compat")
     from burst_fenicsx import simulation
     from burst_fenicsx.files.output import TimeSeries
     from burst_fenicsx.run_burst import simulate

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-pytest.importorskip("dolfinx")
+pytest.importorskip("burst_fenicsx.compat")
 
 from mpi4py import MPI
 
@@ -22,7 +22,7 @@ from burst_fenicsx.problem import Part
 from burst_fenicsx.simulation import Simulation
 from fragfield.case import load_case
 from fragfield.case.conversion.rounds import burst_rounds
-from fragfield.case.conversion.stages import burst_settings
+from fragfield.case.problem import burst_settings
 from tests.burst_fenicsx.axisymmetric.meridians import rectangle, ring_burst
 from tests.burst_fenicsx.bodies import bodies, momentum, moved
 from tests.burst_fenicsx.boxes import BARE, STEEL, box, burst, run_until, turned_inside_out

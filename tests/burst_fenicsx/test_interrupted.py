@@ -9,7 +9,7 @@ from dataclasses import replace
 import h5py
 import pytest
 
-pytest.importorskip("dolfinx")
+pytest.importorskip("burst_fenicsx.compat")
 
 from mpi4py import MPI
 

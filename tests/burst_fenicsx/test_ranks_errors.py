@@ -7,7 +7,7 @@ import time
 
 import pytest
 
-pytest.importorskip("dolfinx")
+pytest.importorskip("burst_fenicsx.compat")
 
 pytestmark = [pytest.mark.dolfinx, pytest.mark.mpi]
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-pytest.importorskip("dolfinx")
+pytest.importorskip("burst_fenicsx.compat")
 
 from burst_fenicsx.kernels.constants import BENT, ENTRY, MOST_CORRECTION
 from burst_fenicsx.kernels.contact.coulomb import coulomb_slip

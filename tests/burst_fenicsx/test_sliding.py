@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-pytest.importorskip("dolfinx")
+pytest.importorskip("burst_fenicsx.compat")
 
 from mpi4py import MPI
 
@@ -18,7 +18,7 @@ from burst_fenicsx.problem import ContactSettings, Part
 from burst_fenicsx.run_burst import simulate
 from fragfield.case import load_case
 from fragfield.case.conversion.rounds import burst_rounds
-from fragfield.case.conversion.stages import burst_settings
+from fragfield.case.problem import burst_settings
 from tests.burst_fenicsx.bodies import QUIET, bodies, energy, momentum
 from tests.burst_fenicsx.boxes import ELASTIC, TNT, box, run_until
 from tests.burst_fenicsx.tubes import SETTINGS, tube

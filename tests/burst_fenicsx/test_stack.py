@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-pytest.importorskip("dolfinx")
+pytest.importorskip("burst_fenicsx.compat")
 
 from mpi4py import MPI
 
@@ -17,7 +17,7 @@ from burst_fenicsx.problem import ContactSettings, Leakage, Mirror
 from burst_fenicsx.simulation import Simulation
 from fragfield.case import load_case
 from fragfield.case.conversion.rounds import burst_rounds
-from fragfield.case.conversion.stages import burst_settings
+from fragfield.case.problem import burst_settings
 from tests.burst_fenicsx.tubes import SETTINGS, tube
 
 pytestmark = pytest.mark.dolfinx

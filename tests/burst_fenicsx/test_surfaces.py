@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-pytest.importorskip("dolfinx")
+pytest.importorskip("burst_fenicsx.compat")
 
 from burst_fenicsx.contact.slide_surface import interface_faces, make_contacts, smooth_surface
 from burst_fenicsx.contact.surfaces import OpenFaces, contact_surfaces, sides_beside

@@ -142,7 +142,7 @@ def test_words_of_a_quarter():
 @pytest.mark.parametrize("name", ["single", "oblique pair", "row of three", "nose to nose"])
 def test_cut_rounds_are_completed_to_the_whole_mesh(name):
     """The completed mesh is that of whole rounds: places, volumes, parts, and no seam at the planes."""
-    pytest.importorskip("dolfinx")
+    pytest.importorskip("burst_fenicsx.compat")
     from burst_fenicsx.symmetry.completion import Completion
 
     rounds, planes, _, _ = ARRANGEMENTS[name]
@@ -188,7 +188,7 @@ def _volumes(nodes, cells):
 
 def test_reflection_of_vectors_and_stresses():
     """A field given by one formula on the whole is recovered from its values on a quarter."""
-    pytest.importorskip("dolfinx")
+    pytest.importorskip("burst_fenicsx.compat")
     from burst_fenicsx.symmetry.completion import Completion
 
     rounds = stack(turned(row(2, PITCH), 30.0))
@@ -227,7 +227,7 @@ def test_reflection_of_vectors_and_stresses():
 @pytest.mark.dolfinx
 def test_the_quarter_of_a_round_bursts_as_the_whole(tmp_path):
     """A quarter against a whole round on the same grid, node by node; masses, speeds, diameter, energies, momentum."""
-    pytest.importorskip("dolfinx")
+    pytest.importorskip("burst_fenicsx.compat")
     from mpi4py import MPI
 
     from burst_fenicsx.simulation import Simulation
@@ -275,7 +275,7 @@ def _snapshot(folder):
 @pytest.mark.dolfinx
 def test_a_pair_is_computed_as_a_quarter_with_all_rounds_in_the_files(tmp_path):
     """Two tubes that collide: the quarter against one tube before a plane; names, places and images in the snapshot."""
-    pytest.importorskip("dolfinx")
+    pytest.importorskip("burst_fenicsx.compat")
     import h5py
 
     from burst_fenicsx.run_burst import simulate

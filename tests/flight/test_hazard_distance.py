@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import flight
-from flight.hazard import (
-    Criteria,
-    ensemble_hazard,
-)
+from flight.hazard import Criteria, ensemble_hazard
+from flight.hazard.flown import _too_few
 
 LIMIT = 1.0 / 55.7
 VACUUM = {"air": "vacuum", "gravity": 0.0, "ricochet": "none", "threads": 1}
@@ -129,3 +128,36 @@ def test_equal_realisations_are_refused() -> None:
     one, other = fan(90, 1.0, 0.01), fan(90, 1.0, 0.01, turn=1.0)
     with pytest.raises(flight.InputError, match="realisation 2 has the fragments of another one"):
         flight.hazard_distance([one, other, fan(90, 1.0, 0.01)], by="all", **VACUUM)
+
+
+@pytest.mark.parametrize(
+    ("realisations", "by", "words"),
+    [
+        ([fan(9, 1.0, 0.1)], "all", "9 hazardous fragments in 1 realisations; needed: 10 or more"),
+        (
+            [fan(60, 1.0, 0.1)],
+            "worst",
+            "of 60 hazardous fragments within 10 degrees of the worst direction; needed: 10",
+        ),
+        ([fan(2, 1.0, 0.1, turn=turn) for turn in range(4)], "worst", "8 hazardous fragments in 4 realisations"),
+    ],
+)
+def test_a_distance_of_fewer_than_ten_hazardous_fragments_is_refused(realisations, by: str, words: str) -> None:
+    """It would be the kernel's width: one fragment in a worst direction gives 276 m with 5 degrees, 89 m with 20."""
+    with pytest.raises(flight.NotDeterminedError, match=words):
+        flight.hazard_distance(realisations, by=by, **VACUUM)
+    assert words in ensemble_hazard(realisations, by=by, **VACUUM).undetermined
+
+
+def test_few_fragments_without_hazard_have_no_distance_to_keep() -> None:
+    slow = flight.Fragments(0.02, (0.0, 0.0, 1.0), [(20.0, 0.0, 0.0), (0.0, 20.0, 0.0)])
+    assert flight.hazard_distance(slow, by="all", threads=1).distance == 0.0
+
+
+@pytest.mark.parametrize(("realisations", "refused"), [(1, True), (20, False)])
+def test_directions_that_are_alike_are_counted_together(realisations: int, refused: bool) -> None:
+    """Several realisations pool directions that are alike: 240 fragments leave 13 to each, wherever the worst is."""
+    hazardous = np.zeros(3600, dtype=np.int64)
+    hazardous[200:3400:40] = 3
+    found = SimpleNamespace(direction=0.0, kernel=10.0, realisations=realisations)
+    assert bool(_too_few(found, hazardous)) == refused

@@ -392,7 +392,7 @@ def test_a_second_set_of_libraries_is_refused_beside_dolfinx(tmp_path, monkeypat
     """PyPI's wheel, known by its folder of libraries, crashes the process once dolfinx is loaded."""
     (tmp_path / "rasterio.libs").mkdir()
     wheel = SimpleNamespace(origin=str(tmp_path / "rasterio" / "__init__.py"))
-    monkeypatch.setattr("flight.files.gdal_raster.find_spec", lambda _: wheel)
+    monkeypatch.setattr("flight.files.gdal_raster.find_spec", lambda name: wheel if name == "rasterio" else None)
     monkeypatch.setitem(sys.modules, "dolfinx", SimpleNamespace())
     monkeypatch.delitem(sys.modules, "rasterio")
     with pytest.raises(

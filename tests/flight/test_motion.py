@@ -249,7 +249,7 @@ def test_use_beyond_the_drag_table_is_reported() -> None:
         ({"sample": -1}, "sample is -1"),
         ({"integrator": "euler"}, "integrator is 'euler', allowed: flight.Adaptive or flight.FixedStep"),
         ({"origin": (0.0, math.nan)}, "origin is"),
-        ({"witnesses": ["ring"]}, "witness 'ring': a str, allowed: flight.Cylinder, Panel or Polygon"),
+        ({"witnesses": ["ring"]}, "witnesses: found 'ring'; allowed: flight.Cylinder, Panel or Polygon"),
     ],
 )
 def test_messages(argument: dict[str, object], message: str) -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from itertools import pairwise
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -319,7 +318,10 @@ def test_files(tmp_path) -> None:
             lambda: Wall((0, 0), (1, 0), 2.0, ricochet="stone"),
             "obstacle wall: ricochet: unknown kind of surface 'stone'",
         ),
-        (lambda: fly(cloud(3), obstacles=[Cylinder(1.0)]), "a Cylinder, allowed: flight.Wall, Barricade or Building"),
+        (
+            lambda: fly(cloud(3), obstacles=[Cylinder(1.0)]),
+            r"found Cylinder\(.*; allowed: flight.Wall, Barricade or B",
+        ),
         (
             lambda: fly(cloud(3), obstacles=[Building((0.5, 0.5), 4.0, 4.0, 3.0, name="store")]),
             r"obstacle store: 3 fragments start inside it, the first is number 0 at \(0.0, 0.0, 1.5\) m",
@@ -335,14 +337,6 @@ def test_files(tmp_path) -> None:
 def test_messages(make, message: str) -> None:
     with pytest.raises(InputError, match=message):
         make()
-
-
-def test_example_of_the_readme(capsys) -> None:
-    """It runs and prints what it says."""
-    text = (Path(__file__).parents[2] / "flight" / "README.md").read_text(encoding="utf-8")
-    code, _, rest = next(part for part in text.split("```python\n")[1:] if "Barricade" in part).partition("```")
-    exec(compile(code, "README.md", "exec"), {})
-    assert capsys.readouterr().out == rest.partition("```text\n")[2].partition("```")[0]
 
 
 def gully(x: np.ndarray, y: np.ndarray) -> np.ndarray:

@@ -105,23 +105,6 @@ def test_a_resolved_case_of_mixed_attitudes_is_read_again(tmp_path):
     assert plain(again)["round"] == plain(case)["round"]
 
 
-@pytest.mark.parametrize(
-    ("given", "words"),
-    [
-        ({"attitude": "upright", "axis": [0, 0, 1]}, "round[1].axis: found together with attitude; allowed: one of"),
-        ({"attitude": "any", "axis": [1, 0, 0]}, "round[1].axis: found together with attitude; allowed: one of"),
-        ({"azimuth": "90 deg", "axis": [1, 0, 0]}, "round[1].azimuth: found together with axis"),
-        ({"azimuth": "90 deg"}, "round[1].azimuth: found without attitude; allowed: together with it"),
-        ({"attitude": "lyng"}, 'round[1].attitude: found "lyng", which is not a number with a unit (did you mean'),
-        ({"attitude": "181 deg"}, 'found "181 deg"; allowed: "upright" or "lying" or "any" or an angle'),
-        ({"attitude": "-1 deg"}, 'found "-1 deg"; allowed'),
-        ({"attitude": 90}, "round[1].attitude: found the bare number 90 without a unit"),
-    ],
-)
-def test_what_contradicts_itself_is_refused(given, words):
-    _refused([words], given)
-
-
 WALL = {"name": "wall", "kind": "wall", "start": ["9 m", "-5 m"], "end": ["9 m", "5 m"], "height": "3 m"}
 MAN = {"name": "man", "kind": "person", "position": ["90 m", "0 m"]}
 HOUSE = {
@@ -133,32 +116,6 @@ HOUSE = {
     "height": "4 m",
 }
 ANY_REFUSED = 'round[1].attitude: found "any" together with'
-
-
-@pytest.mark.parametrize(
-    ("tables", "what"),
-    [
-        ({"plane": [{"name": "earth", "kind": "ground"}]}, "a ground plane or a wall in the burst (plane)"),
-        ({"exposed": [{**HOUSE}]}, "exposed[1] (house), a building, whose walls and roof count hits"),
-        ({"exposed": [{**MAN, "energy": "15 J"}]}, "exposed[1] (man), a site with its own energy"),
-        ({"obstacle": [{**WALL}]}, "obstacles (obstacle)"),
-        ({"flight": {"wind": {"model": "constant", "speed": "5 m/s"}}}, "wind (flight.wind)"),
-    ],
-)
-def test_what_does_not_turn_with_the_rounds_is_refused_with_any(tables, what):
-    """With what to do instead; the same tables are sound with an attitude of their own."""
-    _refused(
-        [f"{ANY_REFUSED} {what}", "fragfield sweep CASE 'round.*.attitude=upright,lying'"],
-        {"attitude": "any"},
-        **tables,
-    )
-    assert _case({"attitude": "upright"}, **tables).round[0].axis == (0.0, 0.0, 1.0)
-
-
-def test_any_is_of_all_rounds_or_of_none():
-    other = {**a_round(name="b"), "position": ["1 m", "0 m", "1 m"]}
-    with pytest.raises(InputError, match=r'found "any", but round\[2\] \("b"\) has an attitude of its own'):
-        case_from_document(changed(round=[a_round(attitude="any"), other]), source="case", folder=Path())
 
 
 def test_distances_of_any_are_counted_from_the_rounds():

@@ -9,9 +9,8 @@ import pytest
 
 from burst_fenicsx.axisymmetric.applicability import CLEARANCE
 from fragfield.case import load_case
-from fragfield.case.conversion.stages import burst_settings
-from fragfield.case.conversion.symmetry import burst_geometry
 from fragfield.case.load import case_from_document
+from fragfield.case.problem import burst_geometry, burst_settings
 from fragfield.checking.check import check_report
 from fragfield.checking.show import print_check
 from fragfield.errors import exit_code_of

@@ -17,8 +17,8 @@ from burst_fenicsx.meshing import mesh_profile, mesh_round
 from burst_fenicsx.problem import ContactSettings, Mirror, RigidPlane, ShockInitiation
 from fragfield.case import differences, load_case, read_resolved, to_toml
 from fragfield.case.conversion.rounds import burst_rounds
-from fragfield.case.conversion.stages import burst_settings
 from fragfield.case.load import case_from_document
+from fragfield.case.problem import burst_settings
 from fragfield.errors import InputError
 
 ROUND = {"name": "shell", "profile": "m107", "explosive": "comp_b", "casing": "steel_m107"}
@@ -156,38 +156,6 @@ def test_a_resolved_stack_reads_back_as_the_same_case(tmp_path):
     ]
 
 
-@pytest.mark.parametrize(
-    ("stack", "parts"),
-    [
-        ({"arrangement": "rows", "gap": "1 mm"}, ['stack.arrangement: found "rows" (did you mean "row"?)', '"pallet"']),
-        ({"arrangement": "row", "gap": "1 mm"}, ["stack.count: missing", "count = 4"]),
-        ({"arrangement": "row", "count": 2}, ["stack.gap: missing", "Clear distance", "21.7 mm"]),
-        ({"arrangement": "row", "count": 2, "gap": 5}, ["stack.gap: found the bare number 5", "a length"]),
-        ({"arrangement": "row", "count": 2, "gap": "-1 mm"}, ["stack.gap", "at least 0 m"]),
-        ({"arrangement": "row", "count": 0, "gap": "1 mm"}, ["stack.count: found 0", "allowed: 1 to 1000"]),
-        ({"arrangement": "pallet", "gap": "1 mm"}, ["stack.counts: missing", "[2, 4, 1]"]),
-        ({"arrangement": "pallet", "counts": [2, 4], "gap": "1 mm"}, ["stack.counts: found [2, 4]", "three whole"]),
-        ({"arrangement": "pallet", "counts": [2, 4, 0], "gap": "1 mm"}, ["stack.counts: found [2, 4, 0]"]),
-        ({"arrangement": "pallet", "counts": [20, 40, 2], "gap": "1 mm"}, ["stack: found 1600 rounds", "1000"]),
-        (
-            {"arrangement": "row", "counts": [2, 4, 1], "count": 2, "gap": "1 mm"},
-            ['stack.counts: found with arrangement = "row"', 'allowed: only with arrangement = "pallet"'],
-        ),
-        ({"arrangement": "triangle", "gap": "1 mm", "layer_gap": "1 mm"}, ["stack.layer_gap: found with"]),
-        ({**PAIR, "round": "shel"}, ['stack.round: found "shel" (did you mean "shell"?)']),
-        ({**PAIR, "delays": ["1 us"]}, ["stack.delays: found 1 values", "2 rounds"]),
-        ({**PAIR, "delays": ["-1 us", "0 s"]}, ["stack.delays[1]", "at least 0 s"]),
-        ({**PAIR, "initiated": [1]}, ["stack.initiated: found 1 of 2", "initiation ="]),
-        ({**PAIR, "initiated": [3]}, ["stack.initiated: found 3; allowed: 1 to 2"]),
-        ({**PAIR, "initiated": ["shel_2"]}, ['found "shel_2" (did you mean "shell_2"?)', '"shell_1" to "shell_2"']),
-        ({**PAIR, "initiated": [1.5]}, ["stack.initiated[1]: found 1.5", "by its name"]),
-        ({**PAIR, "gab": "1 mm"}, ['stack.gab: unknown key (did you mean "gap"?)']),
-    ],
-)  # fmt: skip
-def test_a_faulty_stack_is_refused(stack, parts):
-    _refused(*parts, stack=stack)
-
-
 def test_a_stack_that_nothing_initiates_is_refused():
     stack = {"arrangement": "row", "count": 2, "gap": "30 mm"}
     _refused("round: found no ignition point in any round", round={"ignition": [], "initiation": SHOCK}, stack=stack)
@@ -286,21 +254,6 @@ def test_contact_reaches_the_burst_and_its_defaults_are_the_stages():
     )
 
 
-@pytest.mark.parametrize(
-    ("contact", "parts"),
-    [
-        ({"charge_casing": "slide"}, ['burst.contact.charge_casing: found "slide" (did you mean "sliding"?)']),
-        ({"friction_angle": 20}, ["burst.contact.friction_angle", "an angle with its unit", '"20 deg"']),
-        ({"friction_angle": "90 deg"}, ["burst.contact.friction_angle", "at most 1.5 rad"]),
-        ({"cohesion": "-1 Pa"}, ["burst.contact.cohesion", "at least 0 Pa"]),
-        ({"surfaces": 1}, ["burst.contact.surfaces: found 1; allowed: true or false"]),
-        ({"surface_friction": "2 deg"}, ['(did you mean "surface_friction_angle"?)']),
-    ],
-)
-def test_faulty_contact_is_refused(contact, parts):
-    _refused(*parts, burst={"contact": contact})
-
-
 def test_a_key_in_the_wrong_table_is_sent_to_its_own():
     _refused("contact: unknown key (a key of this name belongs to burst.contact)", contact={"surfaces": True})
     _refused(
@@ -337,25 +290,6 @@ def test_planes_reach_the_burst():
 
 
 SYMMETRY = {"name": "mid", "kind": "symmetry", "normal": [1, 0, 0]}
-
-
-@pytest.mark.parametrize(
-    ("plane", "parts"),
-    [
-        ({"kind": "ground"}, ["plane[1].name: missing"]),
-        ({"name": "a"}, ["plane[1].kind: missing"]),
-        ({"name": "a", "kind": "deck"}, ['plane[1].kind: found "deck"', '"wall"']),
-        ({"name": "a", "kind": "wall", "normal": [1, 0, 0]}, ["plane[1].point: missing"]),
-        ({"name": "a", "kind": "wall", "point": ["0 m", "0 m", "0 m"]}, ["plane[1].normal: missing"]),
-        ({**SYMMETRY, "normal": [0, 0, 0]}, ["plane[1].normal: found [0, 0, 0]"]),
-        ({**SYMMETRY, "friction_angle": "20 deg"}, ['plane[1].friction_angle: found with kind = "symmetry"']),
-        ({**SYMMETRY, "height": "1 m"}, ["plane[1].height: found with kind"]),
-        ({"name": "a", "kind": "ground", "height": "0 m", "point": ["0 m", "0 m", "0 m"]}, ["together with point"]),
-        ({**SYMMETRY, "nromal": [1, 0, 0]}, ['plane[1].nromal: unknown key (did you mean "normal"?)']),
-    ],
-)  # fmt: skip
-def test_a_faulty_plane_is_refused(plane, parts):
-    _refused(*parts, plane=[plane])
 
 
 def test_planes_of_symmetry_stand_at_right_angles():

@@ -11,8 +11,8 @@ from burst_fenicsx.kernels.geometry.faces import reordered
 from burst_fenicsx.meshing import mesh_profile
 from fragfield.case import load_case, read_resolved, to_toml
 from fragfield.case.conversion.rounds import burst_rounds
-from fragfield.case.conversion.stages import break_up_settings, burst_settings, flight_arguments, hazard_criteria
 from fragfield.case.load import case_from_document
+from fragfield.case.problem import break_up_settings, burst_settings, flight_arguments, hazard_criteria
 from fragfield.errors import InputError
 from tests.fragfield.case_documents import CASE, FULL, a_round, changed, write_case
 
@@ -142,14 +142,3 @@ def test_damping_and_tolerance_reach_the_burst(tmp_path):
     text = FULL.replace('cell_size = "9 mm"', 'cell_size = "9 mm"\ndamping = "250 1/s"\nenergy_tolerance = 0.031')
     settings = burst_settings(load_case(write_case(tmp_path, text)))
     assert (settings.damping, settings.energy_tolerance) == (250.0, 0.031)
-
-
-def test_heights_of_wind_that_do_not_rise_are_refused(reached):
-    wind = {
-        "model": "profile",
-        "heights": ["0 m", "50 m", "50 m"],
-        "speeds": ["1 m/s"] * 3,
-        "directions": ["0 deg"] * 3,
-    }
-    with pytest.raises(InputError, match=r"flight.wind.heights: found .*allowed: values that rise"):
-        reached(flight={"wind": wind})

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from fragfield.case import load_case
-from fragfield.case.conversion.symmetry import burst_geometry
+from fragfield.case.problem import burst_geometry
 from fragfield.report.findings import evidence
 from fragfield.report.reading.run_files import RunFiles
 from fragfield.results.summary import Summary

@@ -17,7 +17,6 @@ from fragfield.case import load_case
 from fragfield.case.conversion.exposed_sites import describe_exposed, exposed_sites_of
 from fragfield.case.conversion.surroundings import direction_words, site_of
 from fragfield.case.load import case_from_document
-from fragfield.errors import InputError
 from fragfield.hazard.exposed import ExposedCounts, ExposedSums, share_bound
 from fragfield.hazard.places import Places, PlaceSums, sum_bound
 from fragfield.hazard.verdict import no_margin, verdict_of
@@ -42,61 +41,6 @@ def load(tmp_path, text):
     path = tmp_path / "case.toml"
     path.write_text(text, encoding="utf-8")
     return load_case(path, burst=False)
-
-
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        (
-            '[[exposed]]\nname = "a"\n',
-            "exposed[1].position: found neither position and latitude and longitude; allowed: one",
-        ),
-        (
-            '[[exposed]]\nname = "a"\nposition = ["9 m", "0 m"]\nmax_hits = 1.0\nmax_density = "1 m^-2"\n',
-            "exposed[1].max_hits: found together with max_density; allowed: one criterion",
-        ),
-        ('[[exposed]]\nname = "a"\nlatitude = "5 deg"\nlongitude = "5 deg"\n', "found without a table [site]"),
-        (
-            SITE + '[[exposed]]\nname = "a"\nlatitude = "51.5 deg"\n',
-            "found one of latitude and longitude; needed: both",
-        ),
-        (
-            '[[exposed]]\nname = "a"\nkind = "building"\nposition = ["9 m", "0 m"]\n',
-            "exposed[1].length: missing; a building",
-        ),
-        (
-            '[[exposed]]\nname = "a"\nkind = "building"\nobstacle = "x"\n',
-            'exposed[1].obstacle: found "x"; allowed: no [[obstacle]] of kind "building" is there',
-        ),
-        (
-            '[[exposed]]\nname = "a"\nkind = "area"\npoints = [["0 m", "0 m"], ["9 m", "0 m"], ["2 m", "2 m"], ["0 m", "9 m"]]\n',  # noqa: E501
-            "exposed[1].points: found a polygon that is not convex",
-        ),
-        (
-            '[[exposed]]\nname = "a"\nkind = "road"\npoints = [["50 m", "0 m"], ["50 m", "9 m"]]\nmax_hits = 0.1\n',
-            "exposed[1].target_area: missing; hits on a road need the area of a vehicle",
-        ),
-        (
-            '[[exposed]]\nname = "a"\nposition = ["9 m", "0 m"]\n[[exposed]]\nname = "a"\nposition = ["8 m", "0 m"]\n',
-            'exposed[2].name: found "a", the name of exposed[1]',
-        ),
-        ('[[exposed]]\nname = "a"\nplace = ["9 m", "0 m"]\n', "exposed[1].place: unknown key"),
-        (ROUND + '[[exposed]]\nname = "b"\nposition = ["0.2 m", "0 m"]\n', 'exposed "b": round "a" stands in it'),
-        (
-            BUILDING + 'wall = { material = "masonry", thickness = "24 cm" }\n',
-            'found "masonry"',
-        ),
-        (
-            STORE + '[[exposed]]\nname = "clerk"\nposition = ["42 m", "1 m"]\n',
-            'exposed "clerk": it stands in obstacle "store", which lets nothing through',
-        ),
-        ('[document]\nnumer = "7"\n', "number"),
-    ],
-)
-def test_faults_name_key_and_remedy(tmp_path, text, message):
-    with pytest.raises(InputError) as caught:
-        load(tmp_path, text)
-    assert message in str(caught.value)
 
 
 def test_places_on_earth_lie_where_contours_would_put_them(tmp_path):

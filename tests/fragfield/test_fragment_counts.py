@@ -12,9 +12,9 @@ import pytest
 
 from flight.arena import ArenaTable
 from fragfield.case import load_case, load_changed_case
-from fragfield.case.conversion.mean_mass import counts_of, read_counts
-from fragfield.case.conversion.stages import break_up_settings
+from fragfield.case.conversion.mean_mass import read_counts
 from fragfield.case.load import case_from_document, read_resolved
+from fragfield.case.problem import break_up_settings
 from fragfield.case.write import to_toml
 from fragfield.checking.check import check_report
 from fragfield.errors import InputError
@@ -173,7 +173,7 @@ def test_a_file_beside_the_case_is_read_into_the_resolved_case(case_with_pit, tm
     case = load_changed_case(case_with_pit, {"break_up.mean_mass": "pit.csv"})
     direct = read_counts(case_with_pit.parent / "pit.csv")
     assert case.break_up.mean_mass == "pit.csv"
-    assert counts_of(case.break_up.counts) == direct
+    assert case.break_up.counts.made() == direct
     (tmp_path / "pit.csv").unlink()  # the resolved case stands alone
     stored = tmp_path / "run" / "case.toml"
     stored.parent.mkdir()
@@ -223,7 +223,7 @@ def test_rounds_that_differ_have_no_common_table(tmp_path):
 def test_uncertainty_takes_the_standard_error(case_with_pit):
     case = load_changed_case(case_with_pit, {"break_up.mean_mass": "pit.csv"})
     (entry,) = (one for one in default_inputs(case) if one.name == "mean fragment mass")
-    fit = fit_counts(counts_of(case.break_up.counts))
+    fit = fit_counts(case.break_up.counts.made())
     assert entry.keys == ["break_up.counts.scale"]
     assert entry.factor == pytest.approx(fit.factor)
     assert entry.factor < 1.12
@@ -244,7 +244,7 @@ def test_samples_of_a_study_vary_the_fitted_mean_mass(case_with_pit):
         assert counts.number == tuple(case.break_up.counts.number)
         scales.append(counts.scale)
     spread = math.exp(np.std(np.log(scales)))
-    assert spread == pytest.approx(fit_counts(counts_of(case.break_up.counts)).factor, rel=0.01)
+    assert spread == pytest.approx(fit_counts(case.break_up.counts.made()).factor, rel=0.01)
 
 
 @pytest.fixture

@@ -37,6 +37,13 @@ def test_a_mapping_of_settings_and_a_list_mean_the_same_for_one_stage(tmp_path):
         asked.case()
 
 
+def test_a_burst_without_dolfinx_is_refused_before_anything_is_written(tmp_path, monkeypatch):
+    monkeypatch.setattr("fragfield.pipeline.chain.find_spec", lambda name: None if name == "dolfinx" else name)
+    with pytest.raises(fragfield.InputError, match=r"found no dolfinx in .*pip install 'fragfield\[dolfinx\]'"):
+        fragfield.run(ROOT / "cases" / "tube.toml", out=tmp_path / "run")
+    assert not (tmp_path / "run").exists()
+
+
 LAUNCHERS = [
     ({}, 0, 1),
     ({"OMPI_COMM_WORLD_RANK": "2", "OMPI_COMM_WORLD_SIZE": "4"}, 2, 4),
@@ -61,11 +68,15 @@ def test_mpi_is_asked_where_a_launcher_says_the_rank_alone(monkeypatch):
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setenv("PMIX_RANK", "1")
     monkeypatch.setenv("PMIX_NAMESPACE", "of a launcher")
-    world = SimpleNamespace(Get_size=lambda: 2, Get_rank=lambda: 1)
-    monkeypatch.setitem(sys.modules, "mpi4py.MPI", SimpleNamespace(COMM_WORLD=world))
+    commands = [0, 0]
+    world = SimpleNamespace(Get_size=lambda: 2, Get_rank=lambda: 1, Get_attr=lambda _: 0, allgather=lambda _: commands)
+    monkeypatch.setitem(sys.modules, "mpi4py.MPI", SimpleNamespace(COMM_WORLD=world, APPNUM=1))
     assert parallel.launched_size() == 2
     team = parallel.Team.join()
     assert (team.rank, team.size, team.first) == (1, 2, False)
+    commands[:] = [0, 1]
+    with pytest.raises(fragfield.InputError, match="found 2 commands in one MPI launch"):
+        parallel.Team.join()
 
 
 def test_a_quantity_of_pint_stands_for_its_text():
@@ -137,7 +148,8 @@ def test_a_ledger_is_stopped_at_its_tolerance_and_never_above_5_percent(toleranc
 
 @pytest.mark.parametrize(("ratio", "warned"), [(1.58, True), (1.59, False), (2.1, False), (2.11, True)])
 def test_the_range_of_venting_is_one(ratio, warned):
-    from fragfield.case.checks.bounds import bounds_of, outside_soft
+    from fragfield.case.checks.bounds import outside_soft
+    from fragfield.case.keys import bounds_of
     from fragfield.studies.uncertainty.defaults import default_inputs
 
     case = case_from_document(

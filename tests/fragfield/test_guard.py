@@ -151,6 +151,24 @@ def test_a_signal_that_a_library_turns_into_another_error_is_an_interruption(mon
     assert exit_code_of(errors.InputError("mine")) == 2
 
 
+def test_a_signal_while_modules_are_loaded_waits_for_them(tmp_path):
+    (tmp_path / "slow.py").write_text(
+        "import os, signal, time\nos.kill(os.getpid(), signal.SIGTERM)\ntime.sleep(0.2)\nprint('loaded', flush=True)\n"
+    )
+    script = (
+        "import signal, sys, time\n"
+        "from fragfield.errors import interrupt\n"
+        "signal.signal(signal.SIGTERM, interrupt)\n"
+        f"sys.path.append({str(tmp_path)!r})\n"
+        "try:\n"
+        "    import slow\n"
+        "    time.sleep(5.0)\n"
+        "except KeyboardInterrupt:\n"
+        "    print('interrupted')\n"
+    )
+    assert python(script).stdout.split() == ["loaded", "interrupted"]
+
+
 def test_what_libraries_log_is_no_message_of_a_command():
     """Python itself shows it where no handler is; rasterio reports what GDAL says of a broken file so."""
     script = (

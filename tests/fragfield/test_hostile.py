@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import os
 import re
 import shutil
@@ -188,7 +189,11 @@ def test_ranks_of_two_commands_and_of_another_launcher_are_refused(tmp_path):
     for name in ("one", "two"):
         (tmp_path / f"{name}.toml").write_text(RINGS)
     known = {name: os.environ[name] for name in ("PATH", "HOME") if name in os.environ}
-    done = command(tmp_path, known | {"PMI_RANK": "0", "PMI_SIZE": "2", "PMI_FD": "9"}, "run", "one.toml")
+    ours = importlib.import_module("mpi4py.MPI").get_vendor()[0]
+    foreign = {"OMPI_COMM_WORLD_RANK": "0", "OMPI_COMM_WORLD_SIZE": "2"}
+    if ours == "Open MPI":
+        foreign = {"PMI_RANK": "0", "PMI_SIZE": "2", "PMI_FD": "9"}
+    done = command(tmp_path, known | foreign, "run", "one.toml")
     assert done.returncode == 2, done.stderr
     assert "found 2 ranks by the launcher's variables, and 1 by MPI" in done.stderr
     start = f"import sys; sys.path.insert(0, {str(ROOT)!r}); from fragfield.cli import main; main()"

@@ -37,7 +37,7 @@ def test_a_run_leaves_every_file_and_the_summary_of_the_contract(whole_run, shor
     assert {"hits", "max_initial_speed", "mean_initial_speed", "hazardous_hits"} <= set(ring["by_azimuth"][0])
     assert sum(row["hits"] for row in ring["by_azimuth"]) == ring["hits"]
     assert summary["seed"] == 1
-    assert {"python", "numpy", "numba", "dolfinx", "petsc4py"} <= set(summary["versions"])
+    assert {"python", "numpy", "numba", "dolfinx", "mpi4py"} <= set(summary["versions"])
     assert summary["break_up"]["mass"] == pytest.approx(summary["burst"]["casing_mass"], rel=1e-9)
     assert summary["flight"]["fragments"] == summary["break_up"]["fragments"]
     assert len(summary.pop("checksum")) == 32

@@ -110,7 +110,7 @@ def test_check_shows_the_grades_and_warns_of_estimates_that_matter(tmp_path):
 @pytest.mark.dolfinx
 @pytest.mark.parametrize("casing", NEW)
 def test_every_new_casing_bursts_and_breaks_up(casing, tmp_path):
-    pytest.importorskip("dolfinx")
+    pytest.importorskip("burst_fenicsx.compat")
     text = (
         '[burst]\ncell_size = "11 mm"\nend_time = "80 us"\n[[round]]\nname = "a"\nprofile = "tube"\nexplosive = "tnt"\n'
     )

@@ -11,7 +11,7 @@ import pytest
 
 import transition
 from fragfield.case import load_case
-from fragfield.case.conversion.stages import break_up_settings
+from fragfield.case.problem import break_up_settings
 from fragfield.files.run_directory import SCRATCH, RunDirectory
 from fragfield.hazard.rules import BEAM, STACK, rules_of, stack_counts, tp12_part, tp12_rules
 from fragfield.pipeline.job import Job, RunOptions

@@ -8,8 +8,8 @@ import pytest
 
 from burst_fenicsx.geometry import load_profile, profile_names
 from burst_fenicsx.materials.library import casing_names
-from fragfield.case import differences, load_case, read_resolved, to_toml
-from fragfield.case.checks.uncertain_inputs import unit_of_key
+from fragfield.case import CaseTable, differences, load_case, read_resolved, to_toml
+from fragfield.case.keys import unit_of_key
 from fragfield.case.load import case_from_document, read_document
 from fragfield.errors import InputError
 from fragfield.studies.uncertainty.inputs import inputs_of
@@ -31,51 +31,12 @@ def _case(*inputs, file=TUBE, changes=None, **table):
 
 
 @pytest.mark.parametrize(
-    ("changes", "message"),
-    [
-        ({"keys": ["burst.leakage.radius_rato"]}, 'keys[1]: "burst.leakage.radius_rato": unknown key "radius_rato" (did you mean "radius_ratio"?); allowed here: alpha'),  # noqa: E501
-        ({"keys": ["brust.leakage"]}, 'unknown key "brust" (did you mean "burst"?)'),
-        ({"keys": ["burst.leakage"]}, "is a table; needed: the key of a value"),
-        ({"keys": ["burst.leakage.radius_ratio.x"]}, "goes into a value: there is no 'x' in it"),
-        ({"keys": ["seed"]}, "cannot be uncertain: it changes nothing that is computed, or chooses the random numbers"),
-        ({"keys": []}, "uncertainty.input[1].keys"),
-        ({"keys": ["burst.products"]}, '"burst.products" is not a number; allowed with it: distribution = "discrete" and applies = "value"'),  # noqa: E501
-        ({"distribution": "gaussian"}, 'found "gaussian"; allowed: "uniform"'),
-        ({"distribution": "unifrom"}, 'found "unifrom" (did you mean "uniform"?)'),
-        ({"high": None}, 'uncertainty.input[1].high: missing; distribution = "uniform" needs it'),
-        ({"high": 1.5}, "uncertainty.input[1].high: found 1.5; allowed: above low, 1.59"),
-        ({"mode": 1.7}, 'uncertainty.input[1].mode: found with distribution = "uniform"; allowed: only with distribution = "triangular"'),  # noqa: E501
-        ({"distribution": "triangular", "mode": 3.0}, "uncertainty.input[1].mode: found 3.0; allowed: between low and high"),  # noqa: E501
-        ({"low": "1.59 mm"}, 'uncertainty.input[1].low: found "1.59 mm"; allowed: a number without unit'),
-        ({"keys": ["flight.shape_factor"]}, "uncertainty.input[1].low: found the bare number 1.59 without a unit"),
-        ({"keys": ["flight.shape_factor"], "low": "2 kg", "high": "3 kg"}, 'uncertainty.input[1].low: found "2 kg", which is a mass'),  # noqa: E501
-        ({"distribution": "lognormal", "low": None, "high": None, "median": 1.0, "factor": 1.0}, "uncertainty.input[1].factor: found 1.0; allowed: greater than 1"),  # noqa: E501
-        ({"distribution": "normal", "low": None, "high": None, "mean": 1.0, "standard_deviation": 0.0}, "standard_deviation: found 0.0; allowed: above zero"),  # noqa: E501
-        ({"distribution": "normal", "applies": "factor", "low": None, "high": None, "mean": 1.0, "standard_deviation": 0.1}, "low: missing; a factor with distribution"),  # noqa: E501
-        ({"applies": "factor", "low": -0.5}, 'applies = "factor" can be zero or less'),
-        ({"distribution": "discrete", "low": None, "high": None, "values": [1.6]}, "values: found 1; allowed: two or more"),  # noqa: E501
-        ({"distribution": "discrete", "low": None, "high": None, "values": [1.6, 1.7], "weights": [1.0]}, "weights: found 1 for 2 values"),  # noqa: E501
-        ({"distribution": "discrete", "low": None, "high": None, "values": [1.6, 1.7], "weights": [1.0, -1.0]}, "weights: found [1.0, -1.0]; allowed: numbers of zero or more"),  # noqa: E501
-        ({"source": ""}, 'uncertainty.input[1].source: found ""; allowed: a string that is not empty'),
-        ({"sourc": "x"}, 'uncertainty.input[1].sourc: unknown key (did you mean "source"?)'),
-        ({"keys": ["burst.leakage.radius_ratio", "flight.shape_factor"]}, 'keys of different units; allowed: keys of one unit, or applies = "factor"'),  # noqa: E501
-    ],
-)  # fmt: skip
-def test_faults_name_key_found_and_allowed(changes, message):
-    entry = {key: value for key, value in {**RADIUS, **changes}.items() if value is not None}
-    with pytest.raises(InputError) as found:
-        _case(entry)
-    assert message in str(found.value)
-    assert str(found.value).startswith("case.toml: ")
-
-
-@pytest.mark.parametrize(
     ("key", "unit"),
     [("round.*.explosive.heat_of_detonation", "J/kg"), ("round.shell.ignition.0.station", "m"),
      ("break_up.prefactor", ""), ("flight.drag", ""), ("burst.products", None), ("round.0.casing", None)],
 )  # fmt: skip
 def test_units_of_keys(key, unit):
-    assert unit_of_key(key) == unit
+    assert unit_of_key(key, CaseTable) == unit
 
 
 def test_a_resolved_case_keeps_the_table(tmp_path):

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from fragfield.case.conversion.symmetry import burst_geometry
+from fragfield.case.problem import burst_geometry
 from fragfield.studies.tasks import Outcome
 from tests import kernel_caches
 from tests.fragfield.run_tasks import in_threads

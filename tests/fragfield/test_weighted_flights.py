@@ -221,6 +221,14 @@ def test_a_fragment_flies_on_after_its_last_contact():
     assert legs.fragments.velocity[legs.last(landing), 0].tolist() == [2.0, 100.0, 6.0]
 
 
+def test_fragments_that_meet_no_other_fly_on():
+    """Those of one round alone."""
+    fragments = flight.Fragments([0.01] * 4, 1.0 + np.eye(4, 3), [[900.0, 0.0, 300.0]] * 4, 2600.0, [0, 0, 0, 0])
+    made = after_contact(fragments, 0.05, np.random.default_rng(0), contact=flight.Contact(between="rounds"))
+    assert made.fragments.velocity == pytest.approx(fragments.velocity)
+    assert made.number.tolist() == [1.0] * 4
+
+
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::flight.FlightWarning")
 def test_fragments_that_met_fly_as_the_mean_of_realisations(broken, tmp_path):

@@ -43,7 +43,7 @@ def test_variables_of_libraries_are_dropped_and_named():
     kept = {"NUMBA_NUM_THREADS": "2", "OMP_NUM_THREADS": "4,2", "LANG": "de_DE"}
     variables, record, _ = settled(**hostile, **kept)
     forced = {"PETSC_OPTIONS": "-no_signal_handler", "MPLBACKEND": "agg", "HDF5_USE_FILE_LOCKING": "FALSE",
-              "OMPI_MCA_btl": "self", "MATPLOTLIBRC": os.devnull}  # fmt: skip
+              "OMPI_MCA_btl": "self", "UCX_TLS": "self", "MATPLOTLIBRC": os.devnull}  # fmt: skip
     assert {name: variables.get(name) for name in hostile} == dict.fromkeys(hostile) | forced
     assert {name: variables[name] for name in kept} == kept
     assert record["ignored"] == sorted(hostile)
@@ -89,7 +89,8 @@ LAUNCH = {"OMPI_COMM_WORLD_RANK": "1", "OMPI_COMM_WORLD_SIZE": "2", "OMPI_MCA_pm
 def test_variables_of_a_launch_stay_in_its_ranks():
     variables, record, _ = settled(**LAUNCH)
     assert {name: variables[name] for name in LAUNCH} == LAUNCH
-    assert "OMPI_MCA_btl" not in variables
+    assert not {"OMPI_MCA_btl", "UCX_TLS"} & set(variables)
+    assert variables["UCX_DEBUG_SIGNO"] == "0"
     assert record == {}
 
 

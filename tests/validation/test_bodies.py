@@ -9,7 +9,7 @@ import numba
 import numpy as np
 import pytest
 
-pytest.importorskip("dolfinx")
+pytest.importorskip("burst_fenicsx.compat")
 
 from validation.__main__ import main
 from validation.products import study as products

@@ -165,7 +165,7 @@ def ring_of_run(folder: Path, rounds: int, *, seed: int, realisations: int, thre
         The run has not the number of `rounds` that it should, those behind planes of symmetry included.
     """
     from fragfield.case import read_resolved
-    from fragfield.case.conversion.stages import break_up_settings, flight_arguments
+    from fragfield.case.problem import break_up_settings, flight_arguments
 
     snapshot = Snapshot.read(folder / "burst_snapshot.h5")
     found = len(snapshot.rounds) * (len(images(snapshot.planes)) + 1)

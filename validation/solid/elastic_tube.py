@@ -10,13 +10,16 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
+from burst_fenicsx import compat
+
+# isort: split
 import dolfinx.fem.petsc
 import dolfinx.mesh
-import numpy as np
 import ufl
 from petsc4py import PETSc
 
-from burst_fenicsx import compat
 from burst_fenicsx.mechanics.nodal_loads import NodalConstraint
 from validation.solid.bodies import SETTINGS, elastic, grid, solver_on
 

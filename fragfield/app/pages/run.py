@@ -25,7 +25,6 @@ if TYPE_CHECKING:
 
 PRESETS = {"quick": (13, "off", 8), "standard": (26, "standard", None), "final": (39, "final", 100)}
 """Cells across the largest diameter, grid convergence and fewest realisations (None: the default) of each preset."""
-_KEY = re.compile(r"^([a-z_]+(\[\d+\])?(\.[a-z_]+(\[\d+\])?)*)( =|:| \()")
 _FOLDED = ("burst", "break_up", "flight", "hazard", "witness", "uncertainty", "document")
 _DONE = re.compile(r": ([a-z-]+): done in ([\d.]+) s")
 _LOOK = 1.0  # s between looks at the run
@@ -73,10 +72,10 @@ def checked(page: CasePage) -> dict[str, Any] | None:
 
 def _show_findings(page: CasePage, place: Any, found: dict[str, Any] | None) -> None:  # noqa: ANN401 - an element
     texts = page.texts
-    rows = [("error", fault.key, fault.message) for fault in page.case.faults()]
+    rows = [("error", fault.key, fault.words) for fault in page.case.faults()]
     if found is not None:
         rows += [("error", "", found["refused"])] if "refused" in found else []
-        rows += [("warning", _key_of(words), words) for words in found["warnings"]]
+        rows += [("warning", getattr(words, "key", ""), words) for words in found["warnings"]]
     place.clear()
     place.props("data-box=findings")  # known from now on
     with place:
@@ -91,18 +90,13 @@ def _show_findings(page: CasePage, place: Any, found: dict[str, Any] | None) -> 
             note(texts("run.nothing"), "good")
 
 
-def _key_of(warning: str) -> str:
-    found = _KEY.match(warning)
-    return found[1] if found is not None else ""
-
-
 def kilograms(mass: float) -> str:
     """A mass in words."""
     return f"{number(mass, 3)} kg"
 
 
 def _cost(page: CasePage, found: dict[str, Any]) -> str:
-    """What is computed, and how long it may take: the estimate, and what the last run of this name took."""
+    """What is computed, and what the last run of this name took."""
     texts = page.texts
     if "refused" in found:
         return ""
@@ -111,7 +105,6 @@ def _cost(page: CasePage, found: dict[str, Any]) -> str:
         "geometry": f"{found['geometry']['choice']} ({found['geometry']['reason']})",
         "cells": number(found["mesh"]["cells"]),
         "memory": f"{expected['memory_bytes'] / 1e9:.2g} GB",
-        "burst_time": texts("run.burst_time_is", time=duration(max(expected["core_seconds"], 1.0))),
         "also": texts("run.also_is"),
         "last": last,
         "neq": kilograms(contents["explosive"]) if contents else "",

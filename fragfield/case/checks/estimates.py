@@ -17,6 +17,7 @@ import numpy as np
 from fragfield.case.checks.expected_masses import RECOVERED
 from fragfield.case.conversion.rounds import burst_round, first_alike, masses_of
 from fragfield.case.conversion.surroundings import bearing_of, direction_words, ground_of, surroundings
+from fragfield.case.faults import Doubt, Fault
 from fragfield.errors import InputError
 from fragfield_base import errors
 
@@ -80,7 +81,7 @@ def expected_means(item: Round, settings: BreakUpSettings) -> list[SegmentMean]:
     return found
 
 
-def check_numbers(case: CaseTable, settings: BreakUpSettings, *, margin: float = _MARGIN) -> Iterator[str]:
+def check_numbers(case: CaseTable, settings: BreakUpSettings, *, margin: float = _MARGIN) -> Iterator[Fault]:
     """Faults of a resolved case: more fragments than are computed, or segments of which grades hold none.
 
     `margin` is the factor by which an estimated mean mass may be wrong; with 1 the lines are what is to be expected.
@@ -98,9 +99,10 @@ def check_numbers(case: CaseTable, settings: BreakUpSettings, *, margin: float =
     if number > (1.0 if known else margin) * MOST_FRAGMENTS:
         smallest = min(one.mean for one in every)
         law = settings.mean_mass if isinstance(settings.mean_mass, str) else f"{settings.mean_mass:g} kg"
-        yield (
-            f"break_up.mean_mass: {law} makes about {number:.3g} fragments of the casings, with mean masses from "
-            f"{smallest:.3g} kg; allowed: at most {MOST_FRAGMENTS:.0e}: check mean_mass, {_inputs(settings)}"
+        yield Fault(
+            "break_up.mean_mass",
+            f"{law} makes about {number:.3g} fragments of the casings, with mean masses from "
+            f"{smallest:.3g} kg; allowed: at most {MOST_FRAGMENTS:.0e}: check mean_mass, {_inputs(settings)}",
         )
     if settings.sampler == "graded":
         for index, found in means.items():
@@ -113,7 +115,6 @@ def _images(case: CaseTable) -> int:
 
 
 def _inputs(settings: BreakUpSettings) -> str:
-    """Inputs of the law."""
     if settings.mean_mass == "gurney_sarmousakis":
         return "explosive_constant"
     return (
@@ -121,7 +122,7 @@ def _inputs(settings: BreakUpSettings) -> str:
     )
 
 
-def _empty_grades(key: str, found: list[SegmentMean], settings: BreakUpSettings, margin: float) -> Iterator[str]:
+def _empty_grades(key: str, found: list[SegmentMean], settings: BreakUpSettings, margin: float) -> Iterator[Fault]:
     """The first segment of which the first grade holds less than one fragment, for any mean mass within the margin."""
     from transition.law.mott import MottLaw
     from transition.law.samplers import Graded
@@ -135,12 +136,13 @@ def _empty_grades(key: str, found: list[SegmentMean], settings: BreakUpSettings,
         if max(numbers) > 1e6 or math.isinf(one.mean):
             continue
         if not any(grades.grades(law, n, one.mass)[1].any() for law, n in zip(laws, numbers, strict=True)):
-            yield (
-                "break_up.graded_dm: the first grade, graded_m0 + graded_dm = "
+            yield Fault(
+                "break_up.graded_dm",
+                "the first grade, graded_m0 + graded_dm = "
                 f"{settings.graded_m0 + settings.graded_dm:g} "
                 f'kg, holds less than one fragment of the segment "{one.name}" of {key} ({one.mass:.4g} kg, mean '
                 "mass about "
-                f'{one.mean:.3g} kg); allowed: wider grades, or sampler = "quantile"'
+                f'{one.mean:.3g} kg); allowed: wider grades, or sampler = "quantile"',
             )
             return
 
@@ -154,7 +156,7 @@ _STEEP = 3.0  # of a rise over its run: 72 degrees
 _OTHER_ALTITUDE = 100.0  # m, between the air's altitude and the map's height, beyond which that is said
 
 
-def map_faults(case: CaseTable, fragments: Fragments | None = None) -> Iterator[str]:
+def map_faults(case: CaseTable, fragments: Fragments | None = None) -> Iterator[Fault]:
     """A map that ends before the farthest throw of the rounds, or of given fragments, where that is refused."""
     if case.flight.ground.beyond == "refuse":
         yield from _short(case, fragments, 'allowed: beyond = "level" (see the guide, "Your map"), or a map')
@@ -166,20 +168,20 @@ def map_warnings(case: CaseTable, fragments: Fragments | None = None) -> Iterato
     if isinstance(ground, float):
         return
     if case.flight.ground.beyond == "level":
-        yield from _short(case, fragments, f"{_LEVEL}. A map that holds all is one")
+        faults = _short(case, fragments, f"{_LEVEL}. A map that holds all is one")
+        yield from (Doubt(key, f": {words}") for key, words in faults)
     air = case.flight.air
     if air.model == "standard" and abs((air.altitude or 0.0) - (ground.datum or 0.0)) > _OTHER_ALTITUDE:
-        yield (
-            f"flight.air.altitude = {air.altitude or 0.0:g} m, and by the map z = 0 is at {ground.datum or 0.0:.4g} m; "
-            "left out, it is the map's"
-        )
+        words = f"by the map z = 0 is at {ground.datum or 0.0:.4g} m; left out, it is the map's"
+        yield Doubt("flight.air.altitude", f" = {air.altitude or 0.0:g} m, and {words}")
     steps = zip((1, 0), ground.step, strict=True)
     rise = max(float(np.abs(np.diff(ground.heights, axis=axis)).max()) / step for axis, step in steps)
     if rise > _STEEP:
-        yield f"flight.ground.map: neighbours rise {rise:.3g} times their distance: is a hole filled by a number?"
-    yield from (f"flight.ground.map: {note}" for note in ground.facts.get("notes", ()) if note.endswith("?"))
+        words = f": neighbours rise {rise:.3g} times their distance: is a hole filled by a number?"
+        yield Doubt("flight.ground.map", words)
+    yield from (Doubt("flight.ground.map", f": {note}") for note in ground.facts.get("notes", ()) if note.endswith("?"))
     if "no place was given" in ground.facts.get("position", ""):
-        yield f"flight.ground.map: {ground.facts['position']}; say where the rounds stand by a table [site]"
+        yield Doubt("flight.ground.map", f": {ground.facts['position']}; say where the rounds stand by a table [site]")
 
 
 def given_fragments(case: CaseTable, path: Path) -> list[str]:
@@ -201,7 +203,7 @@ def given_fragments(case: CaseTable, path: Path) -> list[str]:
         except FlightInputError as error:
             raise InputError(f"{path.name}: {error}") from None
     for fault in map_faults(case, fragments):
-        raise InputError(fault)
+        raise InputError(str(fault))
     return [*_masses_of_given(case, fragments, path.name), *map_warnings(case, fragments)]
 
 
@@ -222,7 +224,7 @@ def _masses_of_given(case: CaseTable, fragments: Fragments, name: str) -> Iterat
         yield f"{words}: densities and distances are those of these alone"
 
 
-def _short(case: CaseTable, fragments: Fragments | None, end: str) -> Iterator[str]:
+def _short(case: CaseTable, fragments: Fragments | None, end: str) -> Iterator[Fault]:
     ground = ground_of(case)
     if isinstance(ground, float):
         return
@@ -235,11 +237,12 @@ def _short(case: CaseTable, fragments: Fragments | None, end: str) -> Iterator[s
     needed = 50.0 * math.ceil(throw / 50.0)
     if reach[nearest] < throw:
         (x, y), turn = case.flight.origin, float(azimuth[nearest])
-        yield (
-            f"flight.ground.map: ends {reach[nearest]:.0f} m from the rounds "
+        yield Fault(
+            "flight.ground.map",
+            f"ends {reach[nearest]:.0f} m from the rounds "
             f"({direction_words(turn, bearing_of(case, turn), whole=True)}), and fragments may fly up to about "
             f"{throw:.0f} m; {end} that reaches from {x - needed:.0f} to {x + needed:.0f} m along x and from "
-            f"{y - needed:.0f} to {y + needed:.0f} m along y"
+            f"{y - needed:.0f} to {y + needed:.0f} m along y",
         )
 
 
@@ -251,7 +254,7 @@ def farthest_throw(case: CaseTable) -> float | None:
     over level ground in the air, and with the drag, of the flight.
     """
     from fragfield.case.conversion.rounds import burst_round, first_alike
-    from fragfield.case.conversion.stages import break_up_settings
+    from fragfield.case.problem import break_up_settings
 
     pieces = []
     try:
@@ -282,7 +285,7 @@ def farthest_flight(case: CaseTable, fragments: Fragments) -> float:
 def _range(case: CaseTable, mass: Array, speed: Array) -> Array:
     """Largest horizontal ranges (n,) of fragments (kg, m/s) over `_ELEVATIONS`, back to the height of launch."""
     from flight import FlightWarning, Fragments, fly
-    from fragfield.case.conversion.stages import flight_arguments
+    from fragfield.case.problem import flight_arguments
 
     number, turn = len(_ELEVATIONS), np.tile(_ELEVATIONS, len(mass))
     way = np.column_stack([np.cos(turn), np.zeros(len(turn)), np.sin(turn)])

@@ -9,6 +9,7 @@ from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
 from fragfield.case.conversion.rounds import are_alike, first_alike, masses_of
+from fragfield.case.faults import Fault
 from fragfield.errors import InputError
 
 if TYPE_CHECKING:
@@ -48,7 +49,7 @@ def likely_cause(factor: float) -> str:
     return next((words for known, words in _CAUSES if abs(factor / known - 1.0) < _NEAR), "")
 
 
-def check_expected(case: CaseTable) -> Iterator[str]:
+def check_expected(case: CaseTable) -> Iterator[Fault]:
     """Faults of a resolved case: masses that are off by more than `TOLERANCE`, one line for rounds that are alike."""
     seen = set()
     for number, (entry, first) in enumerate(zip(case.round, first_alike(case), strict=True), start=1):
@@ -57,7 +58,7 @@ def check_expected(case: CaseTable) -> Iterator[str]:
             continue
         seen.add((first, expected))
         if expected.casing is None and expected.charge is None:
-            yield f'{key}: found no mass; allowed: casing, charge or both, for example {{ casing = "34.5 kg" }}'
+            yield Fault(key, 'found no mass; allowed: casing, charge or both, for example { casing = "34.5 kg" }')
             continue
         masses = masses_of(entry)
         for name, wanted, found in (
@@ -67,11 +68,12 @@ def check_expected(case: CaseTable) -> Iterator[str]:
             if wanted is None or abs(found - wanted) <= TOLERANCE * wanted:
                 continue
             factor = found / wanted
-            yield (
-                f"{key}.{name}: found {wanted:.4g} kg, and the {'mesh' if entry.mesh is not None else 'contours'} with "
+            yield Fault(
+                f"{key}.{name}",
+                f"found {wanted:.4g} kg, and the {'mesh' if entry.mesh is not None else 'contours'} with "
                 f"{_density(entry, name)} give {found:.4g} kg, {_times(factor)}"
                 f"{f' ({cause})' if (cause := likely_cause(factor)) else ''}; allowed: within {100.0 * TOLERANCE:g} %: "
-                "correct the contours, the material or the expected mass"
+                "correct the contours, the material or the expected mass",
             )
 
 

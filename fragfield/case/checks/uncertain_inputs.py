@@ -6,65 +6,21 @@ import math
 from typing import TYPE_CHECKING, Any
 
 from fragfield.case.checks.bounds import choice_faults
-from fragfield.case.messages import marks_of, tables_in
-from fragfield.errors import nearest
+from fragfield.case.faults import Fault
+from fragfield.case.keys import unit_of_key
+from fragfield.case.schema import CaseTable, UncertainInputTable
 from fragfield_base.errors import show
-from fragfield_base.inputs import NotAllowedError, NumberOrWord, Quantity, Vector
+from fragfield_base.inputs import NotAllowedError, Quantity
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
-    from pydantic import BaseModel
-    from pydantic.fields import FieldInfo
-
-    from fragfield.case.schema import CaseTable, UncertainInputTable
-
 
 _PARAMETERS = ("low", "high", "mode", "mean", "standard_deviation", "median", "factor", "values", "weights")
 _POSITIVE = ("standard_deviation", "median")
-_OWN = ("uncertainty", "seed", "title", "document", "official")
 
 
-def unit_of_key(key: str) -> str | None:
-    """SI unit of what a dotted key of the schema holds (empty: a pure number), None where it is not numeric.
-
-    Entries of lists, by `*`, number or name, are not checked here. Raises ValueError: there is no such key, or it holds
-    a table; the text is that of a message without the key.
-    """
-    from fragfield.case.schema import CaseTable
-
-    models: list[type[BaseModel]] = [CaseTable]
-    field: FieldInfo | None = None
-    in_list = False
-    for step in key.split("."):
-        if in_list:
-            in_list = False
-            continue
-        names = sorted({name for model in models for name in model.model_fields})
-        field = next((model.model_fields[step] for model in models if step in model.model_fields), None)
-        if field is None:
-            if not names:
-                raise ValueError(f"goes into a value: there is no {step!r} in it")
-            raise ValueError(f'unknown key "{step}"{nearest(step, names)}; allowed here: {", ".join(names)}')
-        models = [model for _, model in tables_in(field.annotation)]
-        in_list = bool(models) and "list[" in str(field.annotation)
-    assert field is not None
-    if in_list or (models and "<name>" not in str(field.annotation) + str(field.metadata)):
-        raise ValueError("is a table; needed: the key of a value")
-    if key.partition(".")[0] in _OWN:
-        raise ValueError("cannot be uncertain: it changes nothing that is computed, or chooses the random numbers")
-    for mark in marks_of(field):
-        if isinstance(mark, Quantity):
-            return mark.symbol
-        if isinstance(mark, NumberOrWord):
-            return ""
-        if isinstance(mark, Vector):
-            return None
-    words = str(field.annotation)
-    return "" if "float" in words and "tuple" not in words and "list" not in words else None
-
-
-def check_uncertainty(case: CaseTable) -> Iterator[str]:
+def check_uncertainty(case: CaseTable) -> Iterator[Fault]:
     """Faults of the table, as `key: found ...; allowed: ...`."""
     if case.uncertainty is None:
         return
@@ -73,56 +29,59 @@ def check_uncertainty(case: CaseTable) -> Iterator[str]:
     for number, entry in enumerate(case.uncertainty.input, start=1):
         where = f"uncertainty.input[{number}]"
         if entry.name in names:
-            yield f"{where}.name: found {show(entry.name)} again, as {names[entry.name]}; allowed: a name of its own"
+            yield Fault(
+                f"{where}.name", f"found {show(entry.name)} again, as {names[entry.name]}; allowed: a name of its own"
+            )
         names[entry.name] = where
         faults = list(_check_keys(where, entry))
         yield from faults
         for key in entry.keys:
             if key in seen:
-                yield f"{where}.keys: {key} is varied by {seen[key]} already; allowed: one input for a key"
+                yield Fault(f"{where}.keys", f"{key} is varied by {seen[key]} already; allowed: one input for a key")
             seen[key] = where
         if not faults and not list(choice_faults(entry)):
             yield from _check_numbers(where, entry)
 
 
-def _check_keys(where: str, entry: UncertainInputTable) -> Iterator[str]:
+def _check_keys(where: str, entry: UncertainInputTable) -> Iterator[Fault]:
     units = []
     for place, key in enumerate(entry.keys, start=1):
         try:
-            unit = unit_of_key(key)
+            unit = unit_of_key(key, CaseTable)
         except ValueError as error:
-            yield f"{where}.keys[{place}]: {show(key)}: {error}"
+            yield Fault(f"{where}.keys[{place}]", f"{show(key)}: {error}")
             continue
         units.append(unit)
         if unit is None and (entry.distribution != "discrete" or entry.applies != "value"):
-            yield (
-                f'{where}.keys[{place}]: {show(key)} is not a number; allowed with it: distribution = "discrete" and '
-                'applies = "value"'
+            yield Fault(
+                f"{where}.keys[{place}]",
+                f'{show(key)} is not a number; allowed with it: distribution = "discrete" and applies = "value"',
             )
     if len(units) == len(entry.keys) and len(set(units)) > 1 and entry.applies != "factor":
-        yield f'{where}.keys: keys of different units; allowed: keys of one unit, or applies = "factor"'
+        yield Fault(f"{where}.keys", 'keys of different units; allowed: keys of one unit, or applies = "factor"')
 
 
-def _check_numbers(where: str, entry: UncertainInputTable) -> Iterator[str]:
+def _check_numbers(where: str, entry: UncertainInputTable) -> Iterator[Fault]:
     try:
         found = parameters_of(entry)
     except ValueError as error:
-        yield f"{where}.{error}"
+        (fault,) = error.args
+        yield Fault(f"{where}.{fault.key}", fault.words)
         return
     low, high = found.get("low"), found.get("high")
     if low is not None and high is not None and not low < high:
-        yield f"{where}.high: found {show(entry.high)}; allowed: above low, {show(entry.low)}"
+        yield Fault(f"{where}.high", f"found {show(entry.high)}; allowed: above low, {show(entry.low)}")
         return
     for name in ("mode", "mean", "median"):
         value = found.get(name)
         if value is None:
             continue
         if (low is not None and value < low) or (high is not None and value > high):
-            yield f"{where}.{name}: found {show(getattr(entry, name))}; allowed: between low and high"
+            yield Fault(f"{where}.{name}", f"found {show(getattr(entry, name))}; allowed: between low and high")
     if entry.applies == "factor" and min(_extremes(found), default=1.0) <= 0.0:
-        yield f'{where}: applies = "factor" can be zero or less; allowed: positive factors, cut off by low'
+        yield Fault(where, 'applies = "factor" can be zero or less; allowed: positive factors, cut off by low')
     if entry.distribution == "normal" and entry.applies == "factor" and low is None:
-        yield f'{where}.low: missing; a factor with distribution = "normal" must be cut off above zero by low'
+        yield Fault(f"{where}.low", 'missing; a factor with distribution = "normal" must be cut off above zero by low')
     if entry.distribution == "discrete":
         yield from _check_discrete(where, entry)
 
@@ -132,16 +91,16 @@ def _extremes(found: Mapping[str, Any]) -> list[float]:
     return [*chosen, *(value for value in found.get("values") or [] if isinstance(value, float))]
 
 
-def _check_discrete(where: str, entry: UncertainInputTable) -> Iterator[str]:
+def _check_discrete(where: str, entry: UncertainInputTable) -> Iterator[Fault]:
     values, weights = entry.values or [], entry.weights
     if len(values) < 2:
-        yield f"{where}.values: found {len(values)}; allowed: two or more"
+        yield Fault(f"{where}.values", f"found {len(values)}; allowed: two or more")
     if weights is None:
         return
     if len(weights) != len(values):
-        yield f"{where}.weights: found {len(weights)} for {len(values)} values; allowed: one for each"
+        yield Fault(f"{where}.weights", f"found {len(weights)} for {len(values)} values; allowed: one for each")
     elif not (all(math.isfinite(weight) and weight >= 0.0 for weight in weights) and sum(weights) > 0.0):
-        yield f"{where}.weights: found {show(weights)}; allowed: numbers of zero or more, not all zero"
+        yield Fault(f"{where}.weights", f"found {show(weights)}; allowed: numbers of zero or more, not all zero")
 
 
 def parameters_of(entry: UncertainInputTable) -> dict[str, Any]:
@@ -149,7 +108,7 @@ def parameters_of(entry: UncertainInputTable) -> dict[str, Any]:
 
     Raises ValueError: one has no unit, or one of another dimension; the text begins with the name of the parameter.
     """
-    unit = "" if entry.applies == "factor" else unit_of_key(entry.keys[0])
+    unit = "" if entry.applies == "factor" else unit_of_key(entry.keys[0], CaseTable)
     found: dict[str, Any] = {}
     for name in _PARAMETERS:
         value = getattr(entry, name)
@@ -162,7 +121,7 @@ def parameters_of(entry: UncertainInputTable) -> dict[str, Any]:
         else:
             found[name] = _number(name, value, unit)
         if name in _POSITIVE and not found[name] > 0.0:
-            raise ValueError(f"{name}: found {show(value)}; allowed: above zero")
+            raise ValueError(Fault(name, f"found {show(value)}; allowed: above zero"))
     return found
 
 
@@ -175,10 +134,10 @@ def _number(name: str, value: object, unit: str | None, *, words: bool = False) 
             return float(value)
         if words and isinstance(value, str):
             return value
-        raise ValueError(f"{name}: found {show(value)}; allowed: a number without unit")
+        raise ValueError(Fault(name, f"found {show(value)}; allowed: a number without unit"))
     if words and isinstance(value, str) and not any(sign.isdigit() for sign in value):
         return value
     try:
         return Quantity(unit, f"1 {unit}").parse(value)
     except NotAllowedError as error:
-        raise ValueError(f"{name}: {error}") from None
+        raise ValueError(Fault(name, str(error))) from None

@@ -11,13 +11,13 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Literal
 
 from fragfield.case.conversion.surroundings import bearing_of, direction_words
+from fragfield.case.faults import Fault
 from fragfield.results.hazard import Attitude
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from fragfield.case.schema import CaseTable
-    from fragfield.case.tables.round import RoundTable
 
 
 Vector = tuple[float, float, float]
@@ -41,71 +41,70 @@ def is_mixed(case: CaseTable) -> bool:
 
 def with_axes(case: CaseTable) -> CaseTable:
     """The case with `axis` in place of every attitude but "any"."""
-    if all(entry.attitude is None and entry.azimuth is None for entry in case.round):
-        return case
-    return case.model_copy(update={"round": [_with_axis(entry) for entry in case.round]})
+    rounds = []
+    for entry in case.round:
+        changes: dict[str, object] = {"azimuth": None}
+        if entry.attitude not in (None, "any"):
+            inclination = {"upright": 0.0, "lying": 0.5 * math.pi}.get(str(entry.attitude), entry.attitude)
+            changes |= {"attitude": None, "axis": axis_of(float(inclination or 0.0), entry.azimuth or 0.0)}
+        is_given = entry.attitude is not None or entry.azimuth is not None
+        rounds.append(entry.model_copy(update=changes) if is_given else entry)
+    return case.model_copy(update={"round": rounds})
 
 
-def _with_axis(entry: RoundTable) -> RoundTable:
-    if entry.attitude is None or entry.attitude == "any":
-        return entry.model_copy(update={"azimuth": None})
-    inclination = {"upright": 0.0, "lying": 0.5 * math.pi}.get(str(entry.attitude), entry.attitude)
-    axis = axis_of(float(inclination), entry.azimuth or 0.0)
-    return entry.model_copy(update={"axis": axis, "attitude": None, "azimuth": None})
-
-
-def attitude_faults(case: CaseTable) -> Iterator[str]:
+def attitude_faults(case: CaseTable) -> Iterator[Fault]:
     """Faults of attitude, azimuth and axis of a case as read, as lines `key: found ...; allowed: ...`."""
     for number, entry in enumerate(case.round, start=1):
         key = f"round[{number}]"
         if "axis" in entry.model_fields_set:
             # A run directory has the axis of its upright rounds beside "any".
             if entry.attitude is not None and not (entry.attitude == "any" and entry.axis == UP):
-                yield (
-                    f"{key}.axis: found together with attitude; allowed: one of the two: attitude (and azimuth) for a "
-                    "round that stands, lies or leans, axis for a vector"
+                yield Fault(
+                    f"{key}.axis",
+                    "found together with attitude; allowed: one of the two: attitude (and azimuth) for a "
+                    "round that stands, lies or leans, axis for a vector",
                 )
             elif entry.azimuth is not None and entry.attitude is None:
-                yield f"{key}.azimuth: found together with axis; allowed: with attitude instead of axis"
+                yield Fault(f"{key}.azimuth", "found together with axis; allowed: with attitude instead of axis")
         elif entry.azimuth is not None and entry.attitude is None:
-            yield (
-                f"{key}.azimuth: found without attitude; allowed: together with it, for example "
-                'attitude = "lying", azimuth = "90 deg"'
+            yield Fault(
+                f"{key}.azimuth",
+                'found without attitude; allowed: together with it, for example attitude = "lying", azimuth = "90 deg"',
             )
     if is_mixed(case):
         yield from _mixed_faults(case)
 
 
-def _mixed_faults(case: CaseTable) -> Iterator[str]:
+def _mixed_faults(case: CaseTable) -> Iterator[Fault]:
     """What does not turn with the rounds, so that no envelope over attitudes can be computed with it."""
     first = next(number for number, entry in enumerate(case.round, start=1) if entry.attitude == "any")
-    key = f'round[{first}].attitude: found "any"'
+    key, found = f"round[{first}].attitude", 'found "any"'
     for number, entry in enumerate(case.round, start=1):
         if entry.attitude != "any":
-            yield (
-                f'{key}, but round[{number}] ("{entry.name}") has an attitude of its own; allowed: "any" for all '
-                "rounds, which turn together as one body, or for none"
+            yield Fault(
+                key,
+                f'{found}, but round[{number}] ("{entry.name}") has an attitude of its own; allowed: "any" for all '
+                "rounds, which turn together as one body, or for none",
             )
             break
-    yield from _site_faults(case, key)
-    wind = case.flight.wind
+    yield from _site_faults(case, key, found)
     fixed = {
         "a ground plane or a wall in the burst (plane)": any(plane.kind != "symmetry" for plane in case.plane),
         "obstacles (obstacle)": bool(case.obstacle),
         "a map of heights (flight.ground.map)": case.flight.ground.map is not None,
-        "wind (flight.wind)": wind.speed != 0.0 or any(wind.speeds or ()),
+        "wind (flight.wind)": not case.flight.wind.is_still,
     }
     for what, present in fixed.items():
         if present:
-            yield (
-                f"{key} together with {what}, which does not turn with the rounds: the worst attitude is found for a "
+            yield Fault(
+                key,
+                f"{found} together with {what}, which does not turn with the rounds: the worst attitude is found for a "
                 "burst in the open, over flat ground in still air, and its distance holds in every direction; "
-                f"allowed: without it, {_INSTEAD}"
+                f"allowed: without it, {_INSTEAD}",
             )
 
 
-def _site_faults(case: CaseTable, key: str) -> Iterator[str]:
-    """Exposed sites that the densities over all directions of the nose say nothing of."""
+def _site_faults(case: CaseTable, key: str, found: str) -> Iterator[Fault]:
     for number, entry in enumerate(case.exposed, start=1):
         own = [name for name in ("energy", "height") if getattr(entry, name, None) is not None]
         if entry.kind == "building":
@@ -114,9 +113,10 @@ def _site_faults(case: CaseTable, key: str) -> Iterator[str]:
             what = f"a site with its own {own[0]}, while densities in all directions are those of [hazard]"
         else:
             continue
-        yield (
-            f"{key} together with exposed[{number}] ({entry.name}), {what}; allowed: persons, roads and areas with the "
-            f"energy and height of [hazard], {_INSTEAD}"
+        yield Fault(
+            key,
+            f"{found} together with exposed[{number}] ({entry.name}), {what}; allowed: persons, roads and areas with "
+            f"the energy and height of [hazard], {_INSTEAD}",
         )
 
 
@@ -164,7 +164,6 @@ def attitude_words(part: Attitude) -> str:
 
 
 def _angles(axis: Vector) -> tuple[float, float | None]:
-    """Inclination from upright and azimuth of an axis in degrees."""
     across = math.hypot(*axis[:2])
     inclination = _near(math.degrees(math.atan2(across, axis[2])))
     if inclination in (0.0, 180.0):
@@ -173,7 +172,6 @@ def _angles(axis: Vector) -> tuple[float, float | None]:
 
 
 def _near(angle: float) -> float:
-    """An angle without the round-off of its vector."""
     return float(round(angle)) if abs(angle - round(angle)) < _SAME else angle
 
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from flight.scene.plan import contains, signed_area
 from fragfield.case.conversion.surroundings import bearing_of, ground_height, site_of
+from fragfield.case.faults import Fault
 from fragfield.case.tables.surroundings import (
     AreaTable,
     BuildingTable,
@@ -26,9 +27,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from flight.hazard.exposed import Prism
-    from flight.scene.walls import StoppingWall
     from fragfield.case.schema import CaseTable
-    from fragfield.case.tables.surroundings import BarrierTable, ExposedTable, ObstacleTable
+    from fragfield.case.tables.surroundings import ExposedTable, ObstacleTable
 
     Array = NDArray[np.float64]
 
@@ -73,52 +73,62 @@ class ExposedSite:
         return np.concatenate(parts)
 
 
-def check_exposed(case: CaseTable) -> Iterator[str]:
+def check_exposed(case: CaseTable) -> Iterator[Fault]:
     """Faults of the tables [[exposed]] as read."""
     for number, entry in enumerate(case.exposed, start=1):
         key = f"exposed[{number}]"
         limits = [k for k in ("max_density", "max_probability", "max_hits") if getattr(entry, k) is not None]
         if len(limits) > 1:
-            yield f"{key}.{limits[1]}: found together with {limits[0]}; allowed: one criterion for an exposed site"
+            yield Fault(
+                f"{key}.{limits[1]}", f"found together with {limits[0]}; allowed: one criterion for an exposed site"
+            )
         yield from _placing(case, key, entry)
         if isinstance(entry, AreaTable) and entry.points is not None and not _is_convex(np.array(entry.points)):
-            yield f"{key}.points: found a polygon that is not convex; allowed: a convex one; split it into several"
+            yield Fault(
+                f"{key}.points", "found a polygon that is not convex; allowed: a convex one; split it into several"
+            )
         if isinstance(entry, RoadTable) and entry.max_probability is not None and entry.target_area is None:
-            yield f'{key}.target_area: missing; a probability on a road needs the area of a vehicle, such as "10 m^2"'
+            yield Fault(
+                f"{key}.target_area", 'missing; a probability on a road needs the area of a vehicle, such as "10 m^2"'
+            )
         if isinstance(entry, RoadTable) and entry.max_hits is not None and entry.target_area is None:
-            yield f'{key}.target_area: missing; hits on a road need the area of a vehicle, such as "10 m^2"'
+            yield Fault(f"{key}.target_area", 'missing; hits on a road need the area of a vehicle, such as "10 m^2"')
 
 
-def _placing(case: CaseTable, key: str, entry: ExposedTable) -> Iterator[str]:
+def _placing(case: CaseTable, key: str, entry: ExposedTable) -> Iterator[Fault]:
     if isinstance(entry, ExposedBuildingTable) and entry.obstacle is not None:
         names = [one.name for one in case.obstacle if isinstance(one, BuildingTable)]
         if entry.obstacle not in names:
             words = ", ".join(show(name) for name in names) or 'no [[obstacle]] of kind "building" is there'
-            yield f"{key}.obstacle: found {show(entry.obstacle)}; allowed: {words}"
+            yield Fault(f"{key}.obstacle", f"found {show(entry.obstacle)}; allowed: {words}")
         own = [k for k in ("position", "latitude", "length", "width", "height") if getattr(entry, k) is not None]
         if own:
-            yield f"{key}.{own[0]}: found together with obstacle, which says where the building stands; leave one out"
+            yield Fault(
+                f"{key}.{own[0]}", "found together with obstacle, which says where the building stands; leave one out"
+            )
         return
     if isinstance(entry, ExposedBuildingTable):
         for missing in (k for k in ("length", "width", "height") if getattr(entry, k) is None):
-            yield f"{key}.{missing}: missing; a building needs length, width and height, or the name of an obstacle"
+            yield Fault(
+                f"{key}.{missing}", "missing; a building needs length, width and height, or the name of an obstacle"
+            )
     if isinstance(entry, PersonTable | ExposedBuildingTable):
         parts = [entry.latitude is not None, entry.longitude is not None]
         yield from _one_of(case, key, ("position", "latitude"), entry.position is not None, any(parts))
         if sum(parts) == 1:
-            yield f"{key}.latitude: found one of latitude and longitude; needed: both"
+            yield Fault(f"{key}.latitude", "found one of latitude and longitude; needed: both")
     else:
         here, on_earth = entry.points is not None, entry.points_on_earth is not None
         yield from _one_of(case, key, ("points", "points_on_earth"), here, on_earth)
 
 
-def _one_of(case: CaseTable, key: str, names: tuple[str, str], here: bool, on_earth: bool) -> Iterator[str]:
+def _one_of(case: CaseTable, key: str, names: tuple[str, str], here: bool, on_earth: bool) -> Iterator[Fault]:
     second = "latitude and longitude" if names[1] == "latitude" else names[1]
     if here == on_earth:
         found = "both" if here else "neither"
-        yield f"{key}.{names[0]}: found {found} {names[0]} and {second}; allowed: one of the two"
+        yield Fault(f"{key}.{names[0]}", f"found {found} {names[0]} and {second}; allowed: one of the two")
     elif on_earth and case.site is None:
-        yield f"{key}.{names[1]}: found without a table [site], which says where the rounds stand"
+        yield Fault(f"{key}.{names[1]}", "found without a table [site], which says where the rounds stand")
 
 
 def resolved_exposed(case: CaseTable) -> list[ExposedTable]:
@@ -221,18 +231,11 @@ def _building(case: CaseTable, entry: ExposedBuildingTable, energy: float) -> tu
     outline = rectangle(centre, size[0], size[1], azimuth)
     ground = ground_height(case, *centre) if base is None else base
     lowest = min(ground, *(ground_height(case, x, y) for x, y in outline.tolist()))
-    wall, roof = _wall(entry.wall), _wall(entry.roof)
+    wall, roof = (barrier and barrier.made() for barrier in (entry.wall, entry.roof))
     return outline, Prism(outline, lowest - DEPTH, ground + size[2], energy, size[2], wall, roof)
 
 
-def _wall(table: BarrierTable | None) -> StoppingWall | None:
-    from flight.scene.walls import StoppingWall
-
-    return None if table is None else StoppingWall(**table.model_dump())
-
-
 def _open(case: CaseTable, entry: PersonTable | RoadTable | AreaTable) -> tuple[Array, list[Array]]:
-    """Outline of an exposed site in the open, and convex pieces of its plan."""
     if isinstance(entry, PersonTable):
         assert entry.position is not None  # checked
         away = np.subtract(entry.position, case.flight.origin)

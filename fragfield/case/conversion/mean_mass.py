@@ -22,8 +22,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from flight.arena import ArenaTable
-from flight.errors import InputError as FlightInputError
 from flight.files.text_tables import import_hint, in_columns_of, read_columns
+from fragfield.case.faults import Fault, faults_at, refuse
 from fragfield.case.tables.burst import FragmentCountsTable
 from fragfield.errors import InputError, nearest
 from fragfield_base.errors import show
@@ -34,6 +34,7 @@ from transition.errors import InputError as BreakUpInputError
 from transition.law.fragment_counts import FragmentCounts
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
     from pathlib import Path
 
     from numpy.typing import NDArray
@@ -42,8 +43,6 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
     Groups = tuple[Array, Array, Array | None]
-    from collections.abc import Iterator
-
     from fragfield.case.tables.burst import BreakUpTable
     from fragfield_base.substances import Substance
 
@@ -60,50 +59,43 @@ def with_counts(case: CaseTable, source: str, folder: Path) -> CaseTable:
     part = case.break_up
     if not part.mean_mass_is_file:
         if part.counts is not None:
-            raise InputError(
-                f"{source}: break_up.counts: found without a file in break_up.mean_mass; allowed: only with "
-                f'mean_mass = "{part.counts.source}"'
-            )
+            words = f'allowed: only with mean_mass = "{part.counts.source}"'
+            refuse(source, [Fault("break_up.counts", f"found without a file in break_up.mean_mass; {words}")])
         return case
     if part.counts is not None and part.counts.source == part.mean_mass:
         return case
-    try:
+    with faults_at(source, "break_up.mean_mass"):
         counts = read_counts(absolute(str(part.mean_mass), InputError, folder), str(part.mean_mass))
-    except (FlightInputError, BreakUpInputError, InputError) as error:
-        raise InputError(f"{source}: break_up.mean_mass: {error}") from None
     mass = None if counts.mass is None else [with_unit(one, "kg") for one in counts.mass]
     values = {"edges": [with_unit(edge, "kg") for edge in counts.edges], "number": list(counts.number), "mass": mass}
     table = FragmentCountsTable.model_validate({"source": str(part.mean_mass), "rounds": counts.rounds, **values})
     return case.model_copy(update={"break_up": part.model_copy(update={"counts": table})})
 
 
-def counts_of(table: FragmentCountsTable) -> FragmentCounts:
-    """The break-up's form of the table [break_up.counts]."""
-    mass = None if table.mass is None else tuple(table.mass)
-    return FragmentCounts(table.source, tuple(table.edges), tuple(table.number), table.rounds, mass, table.scale)
-
-
-def check_counts(case: CaseTable, source: str) -> None:
-    """Refuse counts that fix no mean mass, hold another mass than the casing, or stand for rounds that differ."""
+def check_counts(case: CaseTable) -> Iterator[Fault]:
+    """Faults of counts that fix no mean mass, hold another mass than the casing, or stand for rounds that differ."""
     from fragfield.case.conversion.rounds import are_alike, masses_of
 
     if case.break_up.counts is None or not case.break_up.mean_mass_is_file:
         return
     from transition.law.count_fit import SegmentMasses, fit_counts  # needs scipy
 
-    where = f"{source}: break_up.mean_mass"
+    key = "break_up.mean_mass"
     if not are_alike(case):
-        raise InputError(
-            f"{where}: {case.break_up.counts.source} holds the fragments of one kind of round, and those of the case "
-            "differ; allowed: rounds alike, or a law or a mass"
+        source = case.break_up.counts.source
+        yield Fault(
+            key,
+            f"{source} holds the fragments of one kind of round, and those of the case differ; allowed: rounds alike, "
+            "or a law or a mass",
         )
+        return
     known = None
     if case.round:
         known = SegmentMasses((1.0,), (masses_of(case.round[0]).casing,))
     try:
-        fit_counts(counts_of(case.break_up.counts), case.break_up.dimension, case.break_up.mixed_fraction, known)
+        fit_counts(case.break_up.counts.made(), case.break_up.dimension, case.break_up.mixed_fraction, known)
     except BreakUpInputError as error:
-        raise InputError(f"{where}: {error}") from None
+        yield Fault(key, str(error))
 
 
 def read_counts(path: Path, name: str | None = None) -> FragmentCounts:
@@ -243,7 +235,7 @@ _NEEDED: dict[str, tuple[str, ...]] = {
 def with_casing_data(break_up: BreakUpTable, casings: list[Substance], source: str) -> BreakUpTable:
     """The table [break_up] with what its law needs of the casings, as far as the case leaves it out.
 
-    `source` is the case's file, for messages. Raises InputError: a casing's file lacks it, or two casings differ in it;
+    `source` is the case's file, for messages. Raises CaseFaults: a casing's file lacks it, or two casings differ in it;
     the message names the laws that remain.
     """
     law = _FILE if break_up.mean_mass_is_file else break_up.mean_mass
@@ -251,7 +243,7 @@ def with_casing_data(break_up: BreakUpTable, casings: list[Substance], source: s
     values = {key: _of_casings(key, casings, source) for key in needed if key not in break_up.model_fields_set}
     lacking = [key for key, value in values.items() if value is None]
     if casings and lacking:
-        raise InputError(f"{source}: {_refusal(break_up, law, lacking, casings)}")
+        refuse(source, [Fault("break_up.mean_mass", _refusal(break_up, law, lacking, casings))])
     changes = {key: value for key, value in values.items() if casings and value != getattr(break_up, key)}
     return break_up.model_copy(update=changes) if changes else break_up
 
@@ -262,14 +254,13 @@ def _refusal(break_up: BreakUpTable, law: object, lacking: list[str], casings: l
     remaining = [f"break_up.mean_mass = {show(one)}" for one in _remaining(casings, given) if one != law]
     keys = " and ".join([f"break_up.{key}" for key in lacking])
     return (
-        f"break_up.mean_mass: {show(law) if law != _FILE else law} needs {' and '.join(lacking)}, of which the casing "
+        f"{show(law) if law != _FILE else law} needs {' and '.join(lacking)}, of which the casing "
         f"{' and '.join(names)} has no data; allowed: {' or '.join([f'with {keys} given', *remaining])}, or the mean "
         'mass itself from a test, for example "14.9 g"'
     )
 
 
 def _remaining(casings: list[Substance], given: set[str]) -> Iterator[str]:
-    """Laws for which all is given or known."""
     for law in ("mott", "mott_1947"):
         keys = [key for key in _NEEDED[law] if key not in given]
         if all(one.value("break_up", key) is not None for one in casings for key in keys):
@@ -277,13 +268,11 @@ def _remaining(casings: list[Substance], given: set[str]) -> Iterator[str]:
 
 
 def _of_casings(key: str, casings: list[Substance], source: str) -> float | None:
-    """The one value of all casings; None where one of them has none."""
     values = {one.name: one.value("break_up", key) for one in casings}
     if None in values.values():
         return None
     if len(set(values.values())) > 1:
         listed = ", ".join(f"{value:g} of {name}" for name, value in values.items())
-        raise InputError(
-            f"{source}: break_up.{key}: missing, and the casings differ in it: {listed}; give one for all rounds"
-        )
+        words = f"missing, and the casings differ in it: {listed}; give one for all rounds"
+        refuse(source, [Fault(f"break_up.{key}", words)])
     return next(iter(values.values()), None)

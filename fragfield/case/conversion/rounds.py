@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import json
-import math
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
 from fragfield.case.conversion.surroundings import ground_height
-from fragfield.case.tables.base import values_of
-from fragfield.case.tables.round import CasingTable, ExplosiveTable
+from fragfield.case.faults import Fault
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -21,19 +19,9 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from burst_fenicsx.geometry import Profile
-    from burst_fenicsx.problem import (
-        BurstSettings,
-        CasingMaterial,
-        ContactSettings,
-        Explosive,
-        Geometry,
-        Mirror,
-        RigidPlane,
-        Round,
-    )
+    from burst_fenicsx.problem import Round
     from fragfield.case.conversion.clearance import Body
     from fragfield.case.schema import CaseTable
-    from fragfield.case.tables.burst import ContactTable
     from fragfield.case.tables.round import PlaneTable, RoundTable
 
     Array = NDArray[np.float64]
@@ -48,10 +36,8 @@ def burst_rounds(case: CaseTable) -> list[Round]:
 def burst_round(entry: RoundTable, key: str, made: dict[str, Profile] | None = None) -> Round:
     """One resolved round; `key` names it in messages, profiles already `made` are taken from there."""
     from burst_fenicsx.geometry import profile_from_table
-    from burst_fenicsx.problem import IgnitionPoint, Round, ShockInitiation
+    from burst_fenicsx.problem import Round
 
-    assert isinstance(entry.explosive, ExplosiveTable)  # resolved
-    assert isinstance(entry.casing, CasingTable)
     profile = None
     if isinstance(entry.profile, dict):
         made, text = ({} if made is None else made), repr(entry.profile)
@@ -59,85 +45,16 @@ def burst_round(entry: RoundTable, key: str, made: dict[str, Profile] | None = N
         made[text] = profile
     return Round(
         name=entry.name,
-        explosive=_explosive(entry.explosive),
-        casing=_casing(entry.casing),
+        explosive=entry.material("explosive"),
+        casing=entry.material("casing"),
         profile=profile,
         mesh_file=Path(entry.mesh) if entry.mesh is not None else None,
         mesh_unit=entry.mesh_unit or "m",
         position=entry.position,
         axis=entry.axis,
-        ignition=tuple(
-            IgnitionPoint(float(point.station), point.offset, point.delay) for point in entry.ignition or []
-        ),
-        initiation=ShockInitiation(
-            math.inf if entry.initiation.pressure is None else entry.initiation.pressure,
-            entry.initiation.duration,
-            entry.initiation.floor,
-        )
-        if entry.initiation
-        else None,
+        ignition=tuple(point.made() for point in entry.ignition or ()),
+        initiation=entry.initiation and entry.initiation.made(),
     )
-
-
-def _explosive(table: ExplosiveTable) -> Explosive:
-    from burst_fenicsx.problem import Explosive, JonesWilkinsLee
-
-    values = table.model_dump(exclude={"jwl"})
-    return Explosive(**values, jwl=JonesWilkinsLee(**table.jwl.model_dump()) if table.jwl else None)
-
-
-def _casing(table: CasingTable) -> CasingMaterial:
-    from burst_fenicsx.problem import CasingMaterial
-
-    values = table.model_dump()
-    for key in ("shear_softening_strain", "tensile_softening_strain", "softening_length"):
-        values[key] = None if values[key] == "none" else values[key]
-    return CasingMaterial(**values)
-
-
-def settings_in(case: CaseTable, geometry: Geometry) -> BurstSettings:
-    """Settings of the burst stage in a geometry, whatever the case asks for; the case must have a table [burst]."""
-    from burst_fenicsx.problem import BurstSettings, Hourglass, Leakage, TimeStep, Viscosity
-
-    table = case.burst
-    assert table is not None  # checked when the case was loaded
-    values = values_of(table, BurstSettings) | {"geometry": geometry}
-    return BurstSettings(
-        **values,
-        output_interval=table.output.interval,
-        nodal_stress=table.output.nodal_stress,
-        time_step=TimeStep(**values_of(table.time_step, TimeStep)),
-        leakage=Leakage(**values_of(table.leakage, Leakage)),
-        viscosity=Viscosity(**values_of(table.viscosity, Viscosity)),
-        hourglass=Hourglass(**values_of(table.hourglass, Hourglass)),
-        contact=_contact(table.contact),
-        planes=tuple(rigid_plane(entry) for entry in case.plane),
-    )
-
-
-def rigid_plane(entry: PlaneTable) -> RigidPlane | Mirror:
-    """A resolved plane."""
-    from burst_fenicsx.problem import Mirror, RigidPlane
-
-    assert entry.point is not None  # resolved
-    assert entry.normal is not None
-    if entry.kind == "symmetry":
-        return Mirror(entry.name, entry.point, entry.normal)
-    return RigidPlane(entry.name, entry.point, entry.normal, degrees_of(entry.friction_angle or 0.0))
-
-
-def _contact(table: ContactTable) -> ContactSettings:
-    from burst_fenicsx.problem import ContactSettings
-
-    values: dict[str, Any] = table.model_dump()
-    for key in ("friction_angle", "surface_friction_angle"):
-        values[key] = degrees_of(values[key])
-    return ContactSettings(**values)
-
-
-def degrees_of(angle: float) -> float:
-    """An angle in degrees, free of what the way over radians adds in the last digits."""
-    return round(math.degrees(angle), 10)
 
 
 Held = TypeVar("Held")
@@ -195,13 +112,14 @@ def on_base(entry: RoundTable, case: CaseTable) -> RoundTable:
     return entry.model_copy(update={"position": (x, y, height), "base": None})
 
 
-def base_faults(case: CaseTable) -> Iterator[str]:
+def base_faults(case: CaseTable) -> Iterator[Fault]:
     """Faults of the keys `base` of a case as read."""
     for number, entry in enumerate(case.round, start=1):
         if entry.base is not None and entry.position[2] != 0.0:
-            yield (
-                f"round[{number}].base: found together with z = {entry.position[2]:g} m of position; allowed: one of "
-                "the two, with z left at 0 m"
+            yield Fault(
+                f"round[{number}].base",
+                f"found together with z = {entry.position[2]:g} m of position; allowed: one of "
+                "the two, with z left at 0 m",
             )
 
 
@@ -247,16 +165,22 @@ def heights(body: Body, plane: PlaneTable) -> tuple[float, float]:
     return low - foot, high - foot
 
 
-def mirrored(case: CaseTable, bodies: list[tuple[Array, Array, Held]]) -> list[tuple[Array, Array, Held]]:
-    """Positions, axes and contents of rounds, followed by those of their images behind planes of symmetry."""
+def images(case: CaseTable) -> list[tuple[Array, Array]]:
+    """The reflections x -> Q x + s (m) at planes of symmetry that make all rounds of the case's; the identity first."""
+    found: list[tuple[Array, Array]] = [(np.eye(3), np.zeros(3))]
     for plane in case.plane:
         if plane.kind == "symmetry":
-            normal, point = np.array(plane.normal), np.array(plane.point)
-            bodies = bodies + [
-                (place - 2.0 * ((place - point) @ normal) * normal, axis - 2.0 * (axis @ normal) * normal, what)
-                for place, axis, what in bodies
-            ]
-    return bodies
+            normal = np.array(plane.normal, dtype=np.float64)
+            normal = normal / np.linalg.norm(normal)
+            mirror = np.eye(3) - 2.0 * np.outer(normal, normal)
+            shift = 2.0 * (np.array(plane.point) @ normal) * normal
+            found += [(mirror @ matrix, mirror @ s + shift) for matrix, s in found]
+    return found
+
+
+def mirrored(case: CaseTable, bodies: list[tuple[Array, Array, Held]]) -> list[tuple[Array, Array, Held]]:
+    """Positions, axes and contents of rounds, followed by those of their images behind planes of symmetry."""
+    return [(matrix @ at + s, matrix @ axis, what) for matrix, s in images(case) for at, axis, what in bodies]
 
 
 _CONTENTS = {"profile", "mesh", "mesh_unit", "explosive", "casing"}

@@ -8,6 +8,7 @@ import numpy as np
 
 from fragfield.case.checks.bounds import choice_faults
 from fragfield.case.conversion.surroundings import ground_height
+from fragfield.case.faults import Fault
 from fragfield.errors import nearest
 from fragfield_base.errors import show
 
@@ -26,14 +27,14 @@ _MOST_ROUNDS = 1000
 _UPRIGHT = 1e-6  # sine of the angle to the vertical, or to the horizontal, up to which a round stands, or lies
 
 
-def check_stack(case: CaseTable) -> Iterator[str]:
+def check_stack(case: CaseTable) -> Iterator[Fault]:
     """Faults of the table [stack], as lines `key: found ...; allowed: ...`."""
     stack = case.stack
     if stack is None:
         return
     faults = list(_template_faults(case, stack))
     if stack.size > _MOST_ROUNDS:
-        faults.append(f"stack: found {stack.size} rounds; allowed: at most {_MOST_ROUNDS}")
+        faults.append(Fault("stack", f"found {stack.size} rounds; allowed: at most {_MOST_ROUNDS}"))
     yield from faults
     if not faults and not list(choice_faults(stack)):
         yield from _names(case, stack)
@@ -72,7 +73,6 @@ def expanded(case: CaseTable, on_ground: Container[str] = ()) -> list[RoundTable
 
 
 def _places(case: CaseTable, template: RoundTable, stack: StackTable) -> Array:
-    """Positions of the rounds (m), shape (n, 3)."""
     from fragfield.case.conversion.rounds import lift_to, outsides
 
     bodies = outsides(template, case)
@@ -105,68 +105,72 @@ def _template(case: CaseTable, stack: StackTable) -> RoundTable:
 
 
 def _initiated(case: CaseTable, stack: StackTable) -> set[int]:
-    """Indices of the rounds that have ignition points."""
     if stack.initiated is None:
         return set(range(stack.size))
     names = stacked_names(case)
     return {names.index(one) if isinstance(one, str) else one - 1 for one in stack.initiated}
 
 
-def _template_faults(case: CaseTable, stack: StackTable) -> Iterator[str]:
+def _template_faults(case: CaseTable, stack: StackTable) -> Iterator[Fault]:
     names = [entry.name for entry in case.round]
     listed = ", ".join(show(name) for name in names)
     if stack.round is None and len(names) > 1:
-        yield f"stack.round: missing; needed with several rounds: the name of the one to copy, one of {listed}"
+        yield Fault("stack.round", f"missing; needed with several rounds: the name of the one to copy, one of {listed}")
     if stack.round is not None and names and stack.round not in names:
-        yield f"stack.round: found {show(stack.round)}{nearest(stack.round, names)}; allowed: {listed}"
+        yield Fault("stack.round", f"found {show(stack.round)}{nearest(stack.round, names)}; allowed: {listed}")
     if not names:
-        yield "stack.round: found no table [[round]]; allowed: at least one, which the stack copies"
+        yield Fault("stack.round", "found no table [[round]]; allowed: at least one, which the stack copies")
         return
     template = next((entry for entry in case.round if stack.round in (None, entry.name)), None)
     if template is None or stack.arrangement != "triangle" or not any(template.axis):
         return
     if not (stands(template.axis) or lies(template.axis)):
-        yield (
-            f'stack.arrangement: found "triangle" for rounds with axis = {list(template.axis)}; '
-            "allowed: rounds that stand upright or lie level"
+        yield Fault(
+            "stack.arrangement",
+            f'found "triangle" for rounds with axis = {list(template.axis)}; '
+            "allowed: rounds that stand upright or lie level",
         )
 
 
-def _names(case: CaseTable, stack: StackTable) -> Iterator[str]:
+def _names(case: CaseTable, stack: StackTable) -> Iterator[Fault]:
     template = _template(case, stack)
     own = set(stacked_names(case))
     for number, entry in enumerate(case.round, start=1):
         if entry is not template and entry.name in own:
-            yield f"round[{number}].name: found {show(entry.name)}, a name of the stack's own rounds; allowed: another"
+            yield Fault(
+                f"round[{number}].name", f"found {show(entry.name)}, a name of the stack's own rounds; allowed: another"
+            )
 
 
-def _ignited(case: CaseTable, stack: StackTable) -> Iterator[str]:
+def _ignited(case: CaseTable, stack: StackTable) -> Iterator[Fault]:
     template, names = _template(case, stack), stacked_names(case)
     if stack.delays is not None and len(stack.delays) != stack.size:
-        yield f"stack.delays: found {len(stack.delays)} values; allowed: one for each of the {stack.size} rounds"
+        yield Fault(
+            "stack.delays", f"found {len(stack.delays)} values; allowed: one for each of the {stack.size} rounds"
+        )
     if stack.initiated is None:
         return
-    faults = []
-    for one in stack.initiated:
-        if isinstance(one, str) and one not in names:
-            faults.append(f"found {show(one)}{nearest(one, names)}; allowed: {_range(names)}")
-        elif isinstance(one, int) and one > stack.size:
-            faults.append(f"found {one}; allowed: 1 to {stack.size}, or {_range(names)}")
-    yield from (f"stack.initiated: {fault}" for fault in faults)
-    if faults:
+    unknown = [one for one in stack.initiated if (one not in names if isinstance(one, str) else one > stack.size)]
+    for one in unknown:
+        near = f"{nearest(one, names)}; allowed: " if isinstance(one, str) else f"; allowed: 1 to {stack.size}, or "
+        yield Fault("stack.initiated", f"found {show(one)}{near}{_range(names)}")
+    if unknown:
         return
     initiated = _initiated(case, stack)
     if template.ignition is not None and not template.ignition:
-        yield f'stack.initiated: found, but round "{template.name}" has no ignition point that they could have'
+        yield Fault("stack.initiated", f'found, but round "{template.name}" has no ignition point that they could have')
     if len(initiated) < stack.size and template.initiation is None:
-        yield (
-            f"stack.initiated: found {len(initiated)} of {stack.size} rounds; the others need round "
+        yield Fault(
+            "stack.initiated",
+            f"found {len(initiated)} of {stack.size} rounds; the others need round "
             f'"{template.name}" to have '
-            'initiation = { pressure = "5 GPa", duration = "0.2 us" }, by which the shock initiates them'
+            'initiation = { pressure = "5 GPa", duration = "0.2 us" }, by which the shock initiates them',
         )
     for index, delay in enumerate(stack.delays or []):
         if delay > 0.0 and index not in initiated and index < stack.size:
-            yield f"stack.delays: found {delay:g} s for {names[index]}, which waits for the shock; allowed: 0 s for it"
+            yield Fault(
+                "stack.delays", f"found {delay:g} s for {names[index]}, which waits for the shock; allowed: 0 s for it"
+            )
 
 
 def _range(names: list[str]) -> str:

@@ -8,15 +8,13 @@ from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from fragfield.case.tables.surroundings import BarricadeTable, BuildingTable, WallTable
+from fragfield.case.tables.base import degrees_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from flight import HeightMap, Ricochet
     from flight.hazard.site import Site
-    from flight.scene.air import Air
-    from flight.scene.obstacles import Obstacle
     from fragfield.case.schema import CaseTable
     from fragfield.case.tables.surroundings import GroundTable
 
@@ -29,7 +27,7 @@ def surroundings(case: CaseTable) -> dict[str, Any]:
     return {
         "ground": ground_of(case),
         "ricochet": _ricochet(case.flight.ground),
-        "obstacles": [_obstacle(entry) for entry in case.obstacle],
+        "obstacles": [entry.made() for entry in case.obstacle],
     }
 
 
@@ -146,26 +144,13 @@ def _ricochet(table: GroundTable) -> Ricochet | None:
     )
 
 
-def _obstacle(table: WallTable | BarricadeTable | BuildingTable) -> Obstacle:
-    import flight
-
-    dumped = table.model_dump(exclude={"kind"})
-    values: dict[str, Any] = {key: tuple(v) if isinstance(v, list) else v for key, v in dumped.items()}
-    if isinstance(table, WallTable):
-        return flight.Wall(**values)
-    if isinstance(table, BarricadeTable):
-        return flight.Barricade(**values)
-    values["azimuth"] = round(math.degrees(table.azimuth), 10)
-    return flight.Building(**values)
-
-
 def site_of(case: CaseTable) -> Site | None:
     """The case's site in degrees, free of what the way over radians adds in the last digits."""
     from flight.hazard.site import Site
 
     if case.site is None:
         return None
-    return Site(*(round(math.degrees(v), 10) for v in (case.site.latitude, case.site.longitude, case.site.bearing)))
+    return Site(*map(degrees_of, (case.site.latitude, case.site.longitude, case.site.bearing)))
 
 
 def bearing_of(case: CaseTable, azimuth: float | None) -> float | None:
@@ -198,19 +183,9 @@ def wind_words(case: CaseTable) -> str:
     return f"{blows(wind.speed, wind.towards)} at all heights"
 
 
-def air_of(case: CaseTable) -> Air:
-    """The air of the flight."""
-    import flight
-
-    table = case.flight.air
-    if table.model == "constant":
-        return flight.ConstantAir(table.density or 0.0, table.sound_speed)
-    return flight.StandardAtmosphere(table.altitude or 0.0, table.temperature_offset)
-
-
 def air_words(case: CaseTable) -> str:
     """The air at the origin's ground: density and temperature, of constant air that of its speed of sound."""
-    air, ground = air_of(case), ground_height(case, *case.flight.origin)
+    air, ground = case.flight.air.air(), ground_height(case, *case.flight.origin)
     density, sound = float(air.density(ground)), float(air.sound_speed(ground))
     celsius = sound**2 / (_ADIABATIC * _GAS_CONSTANT) - 273.15
     if case.flight.air.model == "standard":

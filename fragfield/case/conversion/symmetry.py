@@ -1,4 +1,4 @@
-"""Symmetry of a case: a burst in the meridian or in three dimensions, and directions whose hazard is alike.
+"""Symmetry of a case: a single round of revolution, and directions whose hazard is alike.
 
 Only what is certain counts: where wind, a map, obstacles, a mesh file or a point of ignition off the axis may break a
 symmetry, none is used.
@@ -8,73 +8,16 @@ from __future__ import annotations
 
 import json
 import math
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from fragfield.case.conversion.rounds import burst_rounds, mirrored, settings_in
+from fragfield.case.conversion.rounds import mirrored
 from fragfield.case.conversion.stack import expanded
 
 if TYPE_CHECKING:
     from fragfield.case.schema import CaseTable
     from fragfield.case.tables.round import RoundTable
-
-
-_NAMES = {
-    "axisymmetric": "axisymmetric (the meridian of the round)",
-    "3d": "three dimensions",
-}
-
-
-@dataclass(frozen=True)
-class GeometryChoice:
-    """What was chosen, and the reason in words."""
-
-    geometry: Literal["axisymmetric", "3d"]
-    reason: str
-
-    @property
-    def words(self) -> str:
-        """For log, `check` and report."""
-        return f"{_NAMES[self.geometry]}: {self.reason}"
-
-
-def burst_geometry(case: CaseTable) -> GeometryChoice:
-    """Choose the geometry of a resolved case with a burst.
-
-    An `auto` that can be axisymmetric is: one round of revolution, initiated on its axis, with no plane within reach.
-    """
-    assert case.burst is not None
-    wanted = case.burst.geometry
-    if wanted == "3d":
-        return GeometryChoice("3d", 'asked for by burst.geometry = "3d"')
-    reason = _obstacle(case)
-    if reason is not None:
-        return GeometryChoice("3d", reason)
-    return GeometryChoice("axisymmetric", "one round of revolution, initiated on its axis, out of reach of any plane")
-
-
-def is_brief(case: CaseTable) -> bool:
-    """Whether a run takes seconds, and has nothing to go on from: its burst is axisymmetric."""
-    return case.burst is not None and bool(case.round) and burst_geometry(case).geometry == "axisymmetric"
-
-
-def check_geometry(case: CaseTable) -> list[str]:
-    """Faults of a resolved case that asks for an axisymmetric burst and cannot have it."""
-    if case.burst is None or case.burst.geometry != "axisymmetric":
-        return []
-    reason = _obstacle(case)
-    if reason is None:
-        return []
-    return [f'burst.geometry: found "axisymmetric", but {reason}; allowed here: "3d", or "auto", which chooses it']
-
-
-def _obstacle(case: CaseTable) -> str | None:
-    """Why the burst cannot be axisymmetric; None where it can."""
-    from burst_fenicsx.axisymmetric.applicability import why_not_axisymmetric
-
-    return why_not_axisymmetric(burst_rounds(case), settings_in(case, "3d"))
 
 
 _PARALLEL = 1e-9  # 1 - |cosine| below which two directions are one
@@ -158,13 +101,10 @@ def mirror_planes(case: CaseTable) -> tuple[float, ...]:
 
 def even_surroundings(case: CaseTable) -> bool:
     """Whether air and ground are the same in every direction."""
-    wind = case.flight.wind
-    still = wind.speed == 0.0 and not any(wind.speeds or ())
-    return still and case.flight.ground.map is None and not case.obstacle
+    return case.flight.wind.is_still and case.flight.ground.map is None and not case.obstacle
 
 
 def _bodies(case: CaseTable) -> list[tuple[Any, Any, str]]:
-    """Position, axis and contents of every round and of its images behind planes of symmetry."""
     bodies: list[tuple[Any, Any, str]] = []
     for one in expanded(case):
         contents = one.model_dump(mode="json", exclude={"name", "position", "axis"})

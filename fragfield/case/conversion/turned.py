@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fragfield.case.conversion.rounds import burst_round, placed, profile_of
+from fragfield.case.conversion.rounds import burst_round, images, placed, profile_of
 from fragfield.case.conversion.surroundings import ground_height
 from fragfield.case.conversion.symmetry import all_azimuths_alike, mirror_planes
+from fragfield.case.faults import Fault
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -60,20 +61,7 @@ class Arrangement:
     """
 
     def __init__(self, case: CaseTable) -> None:
-        self.case = case
-
-    @cached_property
-    def images(self) -> list[tuple[Array, Array]]:
-        """The reflections x -> Q x + s that make all rounds from those of the case, the identity first."""
-        found: list[tuple[Array, Array]] = [(np.eye(3), np.zeros(3))]
-        for plane in self.case.plane:
-            if plane.kind == "symmetry":
-                normal = np.array(plane.normal, dtype=np.float64)
-                normal = normal / np.linalg.norm(normal)
-                mirror = np.eye(3) - 2.0 * np.outer(normal, normal)
-                shift = 2.0 * (np.array(plane.point) @ normal) * normal
-                found += [(mirror @ matrix, mirror @ s + shift) for matrix, s in found]
-        return found
+        self.case, self.images = case, images(case)
 
     @cached_property
     def centre(self) -> Array:
@@ -136,7 +124,6 @@ class Arrangement:
         return Turned(inclination, roll, case, matrix, shift)
 
     def _lowest(self, matrix: Array, shift: Array) -> float:
-        """Smallest height (m) of the casings after a motion: their reach along what becomes the vertical."""
         return min(
             placed(entry).reach(mirror.T @ matrix[2])[0] + float(matrix[2] @ moved) + float(shift[2])
             for entry in self.case.round
@@ -144,19 +131,19 @@ class Arrangement:
         )
 
 
-def origin_faults(case: CaseTable) -> Iterator[str]:
+def origin_faults(case: CaseTable) -> Iterator[Fault]:
     """Fault of a resolved case of mixed attitudes whose distances are counted from beside the rounds."""
     x, y = Arrangement(case).centre[:2]
     apart = math.dist((x, y), case.flight.origin)
     if apart > _NEAR:
-        yield (
-            f"flight.origin: found {apart:.3g} m from the centre of the rounds, ({x:.3g} m, {y:.3g} m); allowed with "
-            f'attitude = "any": at most {_NEAR:g} m, since its distance holds in every direction'
+        yield Fault(
+            "flight.origin",
+            f"found {apart:.3g} m from the centre of the rounds, ({x:.3g} m, {y:.3g} m); allowed with "
+            f'attitude = "any": at most {_NEAR:g} m, since its distance holds in every direction',
         )
 
 
 def _casing(entry: RoundTable) -> tuple[float, Array]:
-    """Mass (kg) and centre of mass (m) of a resolved round's casing."""
     density = burst_round(entry, entry.name).casing.density
     if entry.profile is None:
         from burst_fenicsx.meshing import mesh_round

@@ -8,12 +8,16 @@ from __future__ import annotations
 
 import ast
 import inspect
+import math
 import textwrap
 from dataclasses import is_dataclass
 from functools import cache
 from typing import Any, ClassVar
 
 from pydantic import BaseModel, ConfigDict, Discriminator
+
+from fragfield.case.keys import mark_of, unit_of
+from fragfield_base.inputs import Parsed
 
 
 class Table(BaseModel):
@@ -26,6 +30,8 @@ class Table(BaseModel):
     """The first keys in the order of the file, where it is not that of the stage's dataclass."""
     NO_KEYS: ClassVar[tuple[str, ...]] = ()
     """Fields of the stage's dataclass that are no keys."""
+    stage: ClassVar[Any] = None
+    """The stage's dataclass that the table is."""
 
     @classmethod
     def __pydantic_init_subclass__(cls, **_: Any) -> None:
@@ -33,6 +39,7 @@ class Table(BaseModel):
         stages = [base for base in cls.__mro__ if is_dataclass(base) and not issubclass(base, BaseModel)]
         if not stages:
             return
+        cls.stage = stages[0]
         fields = cls.__pydantic_fields__
         for stage in stages:
             for name, meaning in _meanings(stage).items():
@@ -42,10 +49,38 @@ class Table(BaseModel):
         cls.__pydantic_fields__ = {name: fields[name] for name in ordered if name not in cls.NO_KEYS}
         cls.model_rebuild(force=True)
 
+    def made(self, **more: Any) -> Any:  # noqa: ANN401 - each table has a stage of its own
+        """The stage's own object with the values of the keys, and `more`.
+
+        What is left out is as the stage has it, "none" is None there, and an angle that the stage takes in degrees is
+        in degrees; tables within are made as well.
+        """
+        fields = type(self).__pydantic_fields__
+        values = {}
+        for name in self.stage.__dataclass_fields__:
+            key = name if name in fields else name.removesuffix("_deg")
+            if name in more or key not in fields or (value := _made(getattr(self, key))) is None:
+                continue
+            restated = key != name or key in type(self).__annotations__
+            if restated and isinstance(value, float) and unit_of(fields[key]) == "rad":
+                value = degrees_of(value)
+            values[name] = None if value == "none" and mark_of(fields[key], Parsed) is not None else value
+        return self.stage(**values, **more)
+
+
+def degrees_of(angle: float) -> float:
+    """An angle in degrees, free of what the way over radians adds in the last digits."""
+    return round(math.degrees(angle), 10)
+
+
+def _made(value: object) -> object:
+    if isinstance(value, Table):
+        return value.made()
+    return tuple(_made(entry) for entry in value) if isinstance(value, (list, tuple)) else value
+
 
 @cache
 def _meanings(stage: type) -> dict[str, str]:
-    """Docstrings of the fields of a dataclass."""
     (body,) = ast.parse(textwrap.dedent(inspect.getsource(stage))).body
     assert isinstance(body, ast.ClassDef)
     return {
@@ -57,13 +92,6 @@ def _meanings(stage: type) -> dict[str, str]:
         and isinstance(text.value, ast.Constant)
         and isinstance(text.value.value, str)
     }
-
-
-def values_of(table: Table, stage: type) -> dict[str, Any]:
-    """Those keys of a table that a stage's dataclass has, with their values; tables within it are left out."""
-    names = stage.__dataclass_fields__ if is_dataclass(stage) else {}
-    values = {name: getattr(table, name) for name in names if name in type(table).model_fields}
-    return {name: value for name, value in values.items() if not isinstance(value, BaseModel)}
 
 
 def name_or_table(value: object) -> str:

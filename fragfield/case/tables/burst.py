@@ -19,6 +19,7 @@ from fragfield.case.tables.base import Table
 from fragfield_base.bounds import Bounds, Entries, OnlyWith
 from fragfield_base.inputs import FrictionAngle, Length, Quantity, QuantityOrFile
 from fragfield_base.units import degrees
+from transition.law.fragment_counts import FragmentCounts
 from transition.settings import MEAN_MASS, BreakUpSettings, MeanMassLaw
 
 
@@ -87,6 +88,7 @@ _GROUPS = Entries(10000, "groups of mass")
 class FragmentCountsTable(Table):
     """Fragments counted in a test, by mass: what the file that `mean_mass` names holds. The program fills it in."""
 
+    stage: ClassVar = FragmentCounts
     source: str = Field(min_length=1)
     """The file."""
     edges: Annotated[

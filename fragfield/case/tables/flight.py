@@ -8,15 +8,15 @@ from pydantic import Discriminator, Field, Tag
 
 from flight.hazard.criteria import Criteria
 from flight.integrate.contact import Contact
-from flight.integrate.integrator import Adaptive, FixedStep
-from flight.scene.air import STANDARD_GRAVITY, ConstantAir
-from flight.scene.targets import Cylinder, Panel
+from flight.integrate.integrator import Steps
+from flight.scene.air import STANDARD_GRAVITY, AirLaw
+from flight.scene.targets import Cylinder, Panel, Polygon
+from flight.scene.wind import WindLaw
 from flight.shape import Box
 from fragfield.case.tables.base import Table, by_kind, name_or_table
 from fragfield.case.tables.surroundings import GroundTable
 from fragfield_base.bounds import Bounds, Entries, OnlyWith
 from fragfield_base.inputs import (
-    Angle,
     Density,
     FrictionAngle,
     Length,
@@ -24,7 +24,6 @@ from fragfield_base.inputs import (
     Position,
     PositiveLength,
     Quantity,
-    Speed,
     Time,
 )
 from fragfield_base.units import degrees
@@ -35,87 +34,16 @@ def _name_or_number(value: object) -> str:
     return "<name>" if isinstance(value, str) else "<number>"
 
 
-class AirTable(Table):
+class AirTable(Table, AirLaw):
     """The air that fragments fly through."""
 
-    model: Literal["standard", "constant"] = "standard"
-    """The US Standard Atmosphere 1976, or one density everywhere."""
-    altitude: Annotated[
-        Length | None,
-        Bounds(-500.0, 8e4, "the atmosphere is tabulated up to 84.9 km", usual=(-500.0, 6000.0)),
-        OnlyWith("model", ("standard",)),
-    ] = None
-    """Altitude of z = 0 above sea level, for model = "standard"; left out: the map's height of z = 0, else 0."""
-    temperature_offset: Annotated[
-        float,
-        Quantity("K", "0 K"),
-        Bounds(-80.0, 80.0, "no air near the ground is that far from 15 degrees Celsius", usual=(-45.0, 35.0)),
-        OnlyWith("model", ("standard",)),
-    ] = 0.0
-    """Added to the temperature of the standard atmosphere (15 degrees Celsius at sea level), whose pressure stays."""
-    density: Annotated[
-        float | None,
-        Quantity("kg/m^3", "1.225 kg/m^3", minimum=0.0),
-        Bounds(0.0, 1000.0, "denser than water", usual=(0.0, 2.0)),
-        OnlyWith("model", ("constant",), refused=True, needed=("constant",)),
-    ] = None
-    """For model = "constant"; 0 is a vacuum."""
-    sound_speed: Annotated[
-        Speed, Bounds(10.0, 1e4, "speeds of sound of gases", usual=(250.0, 400.0)), OnlyWith("model", ("constant",))
-    ] = ConstantAir.sound_speed_everywhere
-    """For model = "constant"."""
 
-
-_POWER_LAW = OnlyWith("model", ("power_law",))
-_NO_PROFILE = OnlyWith("model", ("constant", "power_law"))
-_PROFILE = OnlyWith("model", ("profile",), refused=True)
-
-
-class WindTable(Table):
+class WindTable(Table, WindLaw):
     """Horizontal wind."""
 
-    model: Literal["constant", "power_law", "profile"] = "constant"
-    """The same at all heights, growing with height, or given at heights."""
-    speed: Annotated[
-        float,
-        Quantity("m/s", "5 m/s", minimum=0.0),
-        Bounds(0.0, 200.0, "no wind at the ground is faster", usual=(0.0, 40.0)),
-        _NO_PROFILE,
-    ] = 0.0
-    """Speed; for model = "power_law" the one at `reference_height`."""
-    towards: Annotated[Angle, _NO_PROFILE] = 0.0
-    """Azimuth that the wind blows towards, from +x counter-clockwise."""
-    reference_height: Annotated[PositiveLength, Bounds(0.01, 1e4, "heights of anemometers"), _POWER_LAW] = 10.0
-    """For model = "power_law"."""
-    exponent: Annotated[
-        float, Bounds(0.0, 1.0, "winds grow slower than heights", above=True, below=True), _POWER_LAW
-    ] = 1.0 / 7.0
-    """For model = "power_law"."""
-    heights: Annotated[list[Length] | None, Entries(10000, "heights of a sounding"), _PROFILE] = None
-    """For model = "profile": heights over the ground below a fragment, rising."""
-    speeds: Annotated[
-        list[Annotated[float, Quantity("m/s", "5 m/s", minimum=0.0)]] | None,
-        Bounds(0.0, 200.0, "no wind up to 20 km is faster", usual=(0.0, 100.0)),
-        _PROFILE,
-    ] = None
-    """For model = "profile": one speed for each height."""
-    directions: Annotated[list[Angle] | None, _PROFILE] = None
-    """For model = "profile": one azimuth for each height."""
 
-
-class IntegratorTable(Table):
+class IntegratorTable(Table, Steps):
     """How trajectories are integrated."""
-
-    method: Literal["adaptive", "fixed"] = "adaptive"
-    """Embedded Runge-Kutta with a step of its own for every fragment, or a fixed step."""
-    tolerance: Annotated[
-        float, Bounds(1e-14, 1e-2, "between the digits of a number and a per cent"), OnlyWith("method", ("adaptive",))
-    ] = Adaptive.tolerance
-    """Relative error of a step, for method = "adaptive"; 3e-8 keeps a range within 1e-6 of itself, 1e-6 within 4e-5."""
-    step: Annotated[
-        Time, Bounds(1e-8, 1.0, "a fragment stops within seconds", usual=(1e-6, 0.01)), OnlyWith("method", ("fixed",))
-    ] = FixedStep.step
-    """For method = "fixed" (the paper: 0.1 ms)."""
 
 
 _BOX = OnlyWith("model", ("box",))
@@ -140,21 +68,13 @@ class ShapeTable(Table):
     """For model = "box": of the casing."""
 
 
-class CollisionsTable(Table):
+class CollisionsTable(Table, Contact):
     """Contact between fragments of different rounds in the first metres, where their clouds cross."""
 
-    density: Annotated[Density, Bounds(100.0, 2.5e4, "densities of casings", usual=(1000.0, 2e4))] = Contact.density
-    """Of the casing, for spheres of the fragments' volume."""
-    restitution: Annotated[float, Bounds(0.0, 1.0, "nothing rebounds faster than it came")] = Contact.restitution
-    """Speed of separation over speed of closing."""
+    NO_KEYS: ClassVar = ("friction_angle_deg", "min_speed", "duration", "between")
+    ORDER: ClassVar = ("density", "restitution", "friction_angle")
     friction_angle: FrictionAngle = degrees(Contact.friction_angle_deg)
     """Of fragment on fragment."""
-    distance: Annotated[
-        PositiveLength, Bounds(1e-3, 200.0, "beyond it fragments are too far apart to meet", usual=(0.1, 50.0))
-    ] = Contact.distance
-    """From its launch up to which a fragment takes part."""
-    time_limit: Time = Contact.time_limit
-    """Up to which contact is looked for."""
 
 
 class FlightTable(Table):
@@ -222,6 +142,7 @@ class PanelTable(Table, Panel):
 class PolygonTable(Table):
     """A plane polygonal witness panel."""
 
+    stage: ClassVar = Polygon
     name: str = Field(min_length=1)
     """A name of its own."""
     kind: Literal["polygon"]

@@ -17,10 +17,8 @@ from fragfield_base.inputs import (
     FrictionAngle,
     Length,
     NumberOrWord,
-    Offset,
     Parsed,
     Position,
-    PositivePressure,
     Quantity,
 )
 from fragfield_base.units import degrees, read_measure
@@ -74,38 +72,26 @@ class CasingTable(Table, CasingMaterial):
     scaled, as suits a casing that stretches evenly."""
 
 
-class IgnitionTable(Table):
+class IgnitionTable(Table, IgnitionPoint):
     """A point that initiates the charge."""
 
     station: Annotated[
         float | str,
         Quantity("m", "30 mm", words=("nose", "middle", "base")),
         Bounds(-100.0, 100.0, "no round is 100 m long"),
-    ] = "nose"
+    ] = "nose"  # type: ignore[assignment]
     """Position along the axis from the round's nose end; or the nose end, the middle or the base end of the charge."""
-    offset: Annotated[Offset, Bounds(-100.0, 100.0, "no round is 100 m wide")] = IgnitionPoint.offset
-    """Position across the axis."""
-    delay: Annotated[
-        float, Quantity("s", "0 us", minimum=0.0), Bounds(0.0, 0.1, "a burst is over within milliseconds")
-    ] = IgnitionPoint.delay
-    """Time at which the point fires."""
 
 
-class InitiationTable(Table):
+class InitiationTable(Table, ShockInitiation):
     """Initiation of the charge by the shock of a neighbour: every cell pressed hard and long enough ignites."""
 
     pressure: Annotated[
         float | None,
         Quantity("Pa", "5 GPa", above=0.0),
         Bounds(1e5, 1e12, "shocks that initiate have 0.5 to 50 GPa", usual=(1e8, 5e10)),
-    ] = None
+    ] = None  # type: ignore[assignment]
     """Pressure that a cell must hold; left out: no pressure initiates it, and only what the shock does is reported."""
-    duration: Annotated[
-        float, Quantity("s", "0.2 us", minimum=0.0), Bounds(0.0, 1e-3, "shocks last microseconds", usual=(0.0, 2e-5))
-    ] = ShockInitiation.duration
-    """Time for which it must hold it without a break."""
-    floor: PositivePressure = ShockInitiation.floor
-    """Pressure below which a pulse does not count for the energy that is reported against the critical one."""
 
 
 class ExpectedTable(Table):
@@ -198,6 +184,10 @@ class RoundTable(Table):
     """Ignition points; left out: one at the nose end of the charge, on the axis. Empty: by `initiation` alone."""
     initiation: InitiationTable | None = None
     """Initiation by a neighbour's shock, besides the ignition points; left out: by them alone."""
+
+    def material(self, kind: Literal["explosive", "casing"]) -> Any:  # noqa: ANN401 - the one or the other
+        """The stage's explosive or casing of a resolved round."""
+        return getattr(self, kind).made()
 
 
 _GAP = Bounds(0.0, 1e3, "farther apart rounds are no stack", usual=(0.0, 10.0))

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from pydantic import Discriminator, Field, Tag
 
+from fragfield.case.faults import Fault
 from fragfield.case.tables.base import Table, name_or_table
 from fragfield_base.inputs import Quantity, Vector
 from fragfield_base.units import degrees
@@ -105,20 +106,21 @@ class OfficialTable(Table):
     """Authority, document, edition and page, as the report is to cite them."""
 
 
-def check_official(official: OfficialTable) -> Iterator[str]:
+def check_official(official: OfficialTable) -> Iterator[Fault]:
     """Faults of the table, as lines `key: found ...; allowed: ...`."""
     hazardous, farthest = official.hazardous_fragment_distance, official.maximum_fragment_distance
     if not official.source.strip():
-        yield "official.source: found only blanks; allowed: authority, document, edition and page"
+        yield Fault("official.source", "found only blanks; allowed: authority, document, edition and page")
     if hazardous is None and farthest is None:
-        yield (
-            "official.hazardous_fragment_distance: missing, and maximum_fragment_distance too; needed: at least one of "
-            'the two, for example hazardous_fragment_distance = "120 m"'
+        yield Fault(
+            "official.hazardous_fragment_distance",
+            "missing, and maximum_fragment_distance too; needed: at least one of "
+            'the two, for example hazardous_fragment_distance = "120 m"',
         )
     if hazardous is not None and farthest is not None and farthest < hazardous:
-        yield (
-            f"official.maximum_fragment_distance: found {farthest:g} m; allowed: at least "
-            f"hazardous_fragment_distance, {hazardous:g} m"
+        yield Fault(
+            "official.maximum_fragment_distance",
+            f"found {farthest:g} m; allowed: at least hazardous_fragment_distance, {hazardous:g} m",
         )
 
 

@@ -20,7 +20,6 @@ _RICOCHET = OnlyWith("ricochet", without=("none",), refused=True)
 
 
 def _factor(of: str, low: float, high: float) -> Bounds:
-    """Bounds of a factor on a number of the ground's law, with its usual range."""
     return Bounds(0.01, 10.0, f"the range of {of} is {low:g} to {high:g} times the table's", usual=(low, high))
 
 

@@ -8,7 +8,7 @@ from importlib import resources
 from typing import TYPE_CHECKING, Any
 
 from fragfield.case.conversion.rounds import profile_of
-from fragfield.case.conversion.stages import break_up_settings
+from fragfield.case.problem import break_up_settings
 from fragfield.case.schema import UncertainInputTable
 
 if TYPE_CHECKING:

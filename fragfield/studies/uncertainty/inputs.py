@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fragfield.case.checks.uncertain_inputs import parameters_of, unit_of_key
+from fragfield.case.checks.uncertain_inputs import parameters_of
+from fragfield.case.keys import unit_of_key
+from fragfield.case.schema import CaseTable, UncertainInputTable
 from fragfield.errors import InputError
 from fragfield.studies.uncertainty.defaults import default_inputs
 from fragfield_base.inputs import with_unit
@@ -16,9 +18,6 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from numpy.typing import ArrayLike, NDArray
-
-    from fragfield.case import CaseTable
-    from fragfield.case.schema import UncertainInputTable
 
 
 _BURST = ("burst", "round", "plane", "stack")
@@ -183,7 +182,7 @@ def inputs_of(case: CaseTable) -> list[UncertainInput]:
 
 
 def _input(entry: UncertainInputTable, *, is_default: bool) -> UncertainInput:
-    unit = "" if entry.applies == "factor" else unit_of_key(entry.keys[0]) or ""
+    unit = "" if entry.applies == "factor" else unit_of_key(entry.keys[0], CaseTable) or ""
     return UncertainInput(
         entry.name, tuple(entry.keys), entry.applies, Distribution(entry.distribution, parameters_of(entry)), unit,
         entry.source, entry.judgement, is_default,

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fragfield.case import changed_document, plain
-from fragfield.case.conversion.symmetry import burst_geometry
 from fragfield.case.load import case_from_document
+from fragfield.case.problem import burst_geometry
 from fragfield.case.schema import UncertaintyTable
 from fragfield.errors import InputError
 from fragfield.studies.uncertainty.inputs import inputs_of

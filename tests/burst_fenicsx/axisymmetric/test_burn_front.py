@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-pytest.importorskip("dolfinx")
+pytest.importorskip("burst_fenicsx.compat")
 
 from burst_fenicsx.problem import IgnitionPoint, Part
 from tests.burst_fenicsx.axisymmetric.meridians import hold, rectangle, ring_burst, whole_steps

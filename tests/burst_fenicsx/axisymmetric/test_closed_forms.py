@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-pytest.importorskip("dolfinx")
+pytest.importorskip("burst_fenicsx.compat")
 
 from burst_fenicsx.axisymmetric.meridian import RING
 from burst_fenicsx.mechanics.nodal_loads import NodalLoads

@@ -8,7 +8,7 @@ from math import sqrt
 import numpy as np
 import pytest
 
-pytest.importorskip("dolfinx")
+pytest.importorskip("burst_fenicsx.compat")
 
 from burst_fenicsx.geometry import profile_from_table
 from burst_fenicsx.materials.library import burst_explosive_names, load_casing, load_explosive

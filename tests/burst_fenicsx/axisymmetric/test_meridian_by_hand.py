@@ -9,7 +9,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-pytest.importorskip("dolfinx")
+pytest.importorskip("burst_fenicsx.compat")
 
 from burst_fenicsx.axisymmetric.applicability import CLEARANCE, clearance, why_not_axisymmetric
 from burst_fenicsx.axisymmetric.meridian import MERIDIAN, RING

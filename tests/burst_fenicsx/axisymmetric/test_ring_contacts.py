@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-pytest.importorskip("dolfinx")
+pytest.importorskip("burst_fenicsx.compat")
 
 from burst_fenicsx.contact.charge_contacts import slide_law
 from burst_fenicsx.kernels.axisymmetric.slide_line import add_line_forces

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-pytest.importorskip("dolfinx")
+pytest.importorskip("burst_fenicsx.compat")
 
 from burst_fenicsx.axisymmetric.mesh import mesh_meridian
 from burst_fenicsx.axisymmetric.slide_line import _line_edges

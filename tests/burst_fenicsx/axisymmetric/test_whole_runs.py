@@ -12,7 +12,7 @@ import numba
 import numpy as np
 import pytest
 
-pytest.importorskip("dolfinx")
+pytest.importorskip("burst_fenicsx.compat")
 
 from mpi4py import MPI
 
@@ -23,7 +23,7 @@ from burst_fenicsx.problem import Leakage, RigidPlane
 from burst_fenicsx.run_burst import simulate
 from fragfield.case import load_case
 from fragfield.case.conversion.rounds import burst_rounds
-from fragfield.case.conversion.stages import burst_settings
+from fragfield.case.problem import burst_settings
 from tests.burst_fenicsx.tubes import SETTINGS, tube
 from tests.datasets import datasets, same_data
 
