@@ -139,18 +139,19 @@ class BreakUp:
         with ThreadPoolExecutor(threads or cores()) as pool:
             return list(pool.map(lambda number: self.fragments(seed, number), numbers))
 
-    def intensity(self) -> Intensity | None:
+    def intensity(self, *, sample: bool = False) -> Intensity | None:
         """Expected fragments by mass, place and velocity, of which realisations are samples; None of hexahedra.
 
         What the sampler's closing on the mass makes of a segment of a few pieces is not in it, nor is the tilt.
         """
-        from transition.intensity import CURVES, POINTS, Intensity
+        from transition.intensity import CURVES, POINTS, SAMPLE_CURVES, SAMPLE_POINTS, Intensity
 
         if not isinstance(self._casing, RingCasing):
             return None
-        lightest = POINTS_PER_FRAGMENT * sum(law.mass for law in self.laws) / POINTS
+        curves, points = (SAMPLE_CURVES, SAMPLE_POINTS) if sample else (CURVES, POINTS)
+        lightest = POINTS_PER_FRAGMENT * sum(law.mass for law in self.laws) / points
         sources = self._casing.sources(self.segments, [lightest] * len(self.segments))
-        runs = self._runs(range(CURVES), sources, keep=True)
+        runs = self._runs(range(curves), sources, keep=True)
         base, axis = self._base(self.rounds[0]), self._axis()
         x, y, z = (float(value) for value in axis)
         place = (float(base[0]), float(base[1]), float(base[2]))

@@ -2,7 +2,7 @@
 
 Mott's law of a segment holds all over it alike, up to the mass of the segment, and closes on its mass: the fragments of
 mass m are n(m) dm = M f(m) / m dm, with f the law's distribution of the mass. A fragment is a run of that mass along
-one of `CURVES` fixed curves over the segment, as it is of a drawn one (`transition.weighted.Runs`), and has the mean
+one of a few fixed curves over the segment, as it is of a drawn one (`transition.weighted.Runs`), and has the mean
 velocity and position of its metal. Directions are those before their random deviation, with the mean of the small shift
 by which deviations are kept from changing the momentum of a segment (`transition.placement.scatter`).
 """
@@ -22,9 +22,10 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
 
 
-CURVES = 4
-POINTS = 2**13
-"""Points of the casing along each of them, of equal mass, or eight a ring where that is more."""
+CURVES, POINTS = 2, 2**16
+"""Curves, and points of the casing along each of them: of about equal mass, or eight a ring where that is more."""
+SAMPLE_CURVES, SAMPLE_POINTS = 1, 2**14
+"""The same of a sample of a study."""
 
 
 class RingFragments(NamedTuple):
@@ -61,7 +62,8 @@ class Intensity:
     def at(self, points: Array) -> RingFragments:
         """Fragments at points (n, 2 or more) of the unit cube, whose measure is the intensity.
 
-        The first coordinate is that of segment and mass, the second that of the place along the curves.
+        The first coordinate is that of segment and mass, the second that of the middle of the run, by its height on the
+        round: so the integrand is smooth.
         """
         masses = np.array([segment.law.mass for segment in self.segments])
         ends = np.concatenate([[0.0], np.cumsum(masses)]) / masses.sum()
@@ -71,7 +73,7 @@ class Intensity:
         for number, segment in enumerate(self.segments):
             mine = np.flatnonzero(which == number)
             inside = (points[mine, 0] - ends[number]) / (ends[number + 1] - ends[number])
-            mass[mine], per_mass[mine], states[mine] = segment.at(inside, points[mine, 1])
+            mass[mine], per_mass[mine], states[mine] = segment.at(inside, segment.places(points[mine, 1]))
             shift[mine] = segment.shift @ self.along
         position, velocity = states[:, :3] - self.base, states[:, 3:]
         station, axial = position @ self.along, velocity @ self.along

@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -89,6 +90,8 @@ class Runs:
         Whether a fragment has the means over its run, or the state of a point in its middle.
     curves : int
         Number of the curves.
+    height : (p,) float64
+        Heights of the points along the round's axis before the burst (m).
     """
 
     segment: CasingSegment
@@ -99,6 +102,7 @@ class Runs:
     shift: Array
     averaged: bool
     curves: int
+    height: Array
 
     @classmethod
     def along(
@@ -108,12 +112,25 @@ class Runs:
         """Sums over a segment's points in the order of each curve."""
         mass = np.concatenate([points.mass[order] for points, order in curves])
         states = np.concatenate([np.hstack([points.position, points.velocity])[order] for points, order in curves])
+        height = np.concatenate([points.reference[order, 2] for points, order in curves])
         sums = np.zeros((len(mass) + 1, 6))
         np.cumsum(mass[:, None] * states, axis=0, out=sums[1:])
         return cls(
             segment, law, sampler, np.concatenate([[0.0], np.cumsum(mass)]), sums,
-            _shift(mass, states[:, 3:], settings.direction_scatter), settings.velocity == "mean", len(curves),
+            _shift(mass, states[:, 3:], settings.direction_scatter), settings.velocity == "mean", len(curves), height,
         )  # fmt: skip
+
+    @cached_property
+    def _by_height(self) -> tuple[Array, Array]:
+        """Fractions of the mass below the points, from the lowest on, and their places along the curves (0 to 1)."""
+        order = np.argsort(self.height)
+        below = np.cumsum(np.diff(self.end)[order])
+        return below / below[-1], (0.5 * (self.end[:-1] + self.end[1:]) / self.end[-1])[order]
+
+    def places(self, quantiles: Array) -> Array:
+        """Places along the curves of the points at quantiles (n,) of the mass by height."""
+        below, places = self._by_height
+        return places[np.minimum(np.searchsorted(below, quantiles), len(places) - 1)]
 
     def at(self, quantiles: Array, places: Array) -> tuple[Array, Array, Array]:
         """Masses (n,) in kg, numbers per mass of the segment (n,) in 1/kg, and states (n, 6) in m and m/s."""

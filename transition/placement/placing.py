@@ -102,10 +102,11 @@ class Sheet:
         return _kept_order(sheet, reference.tobytes(), uniform.tobytes())
 
 
-@lru_cache(maxsize=64)
+@lru_cache(maxsize=24)
 def _kept_order(sheet: tuple[Any, ...], reference: bytes, uniform: bytes) -> NDArray[np.int64]:
-    sides, *lengths, middle = sheet
-    made = Sheet(sides, *(np.array(one) for one in lengths), None if middle is None else np.array(middle))
+    sides, lengths, low, high, middle = sheet
+    middle = None if middle is None else np.array(middle)
+    made = Sheet(sides, np.array(lengths), np.array(low), np.array(high), middle)
     return made.order(np.frombuffer(reference).reshape(-1, 3), np.frombuffer(uniform))
 
 
