@@ -29,13 +29,14 @@ from transition.settings import MOST_FRAGMENTS, BreakUpSettings
 from transition.snapshot import Snapshot
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterable, Iterator, Sequence
 
     from numpy.typing import NDArray
 
     from flight.fragments import Fragments
+    from transition.cells.points import PointSource
     from transition.intensity import Intensity
-    from transition.weighted import Casings, WeightedFragments
+    from transition.weighted import Casings, Runs, WeightedFragments
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,15 +134,24 @@ class BreakUp:
         with ThreadPoolExecutor(threads or cores()) as pool:
             return list(pool.map(lambda number: self.fragments(seed, number), numbers))
 
-    def intensity(self) -> Intensity | None:
+    def intensity(self, *, sample: bool = False) -> Intensity | None:
         """Expected fragments by mass, place and velocity, of which realisations are samples; None of hexahedra.
 
         What the sampler's closing on the mass makes of a segment of a few pieces is not in it, nor is the tilt.
         """
+        from transition.intensity import CURVES, POINTS, SAMPLE_CURVES, SAMPLE_POINTS, Intensity
+
         if not isinstance(self._casing, RingCasing):
             return None
-        samplers = [self._sampler(segment) for segment in self.segments]
-        return self._casing.intensity(self.segments, self.laws, samplers, self._sheets, self.settings)
+        curves, points = (SAMPLE_CURVES, SAMPLE_POINTS) if sample else (CURVES, POINTS)
+        lightest = POINTS_PER_FRAGMENT * sum(law.mass for law in self.laws) / points
+        sources = self._casing.sources(self.segments, [lightest] * len(self.segments))
+        runs = self._runs(range(curves), sources, keep=sample)
+        base, axis = self._base(self.rounds[0]), self._axis()
+        x, y, z = (float(value) for value in axis)
+        place = (float(base[0]), float(base[1]), float(base[2]))
+        settings = self.settings
+        return Intensity(runs, axis, base, (x, y, z), place, settings.direction_scatter, float(settings.shape_factor))
 
     def weighted(self, number: int, points: int) -> WeightedFragments:
         """So many fragments (a power of two) that stand for all by the expected intensity: no seed is in them.
@@ -155,18 +165,33 @@ class BreakUp:
 
     def casings(self, number: int) -> Casings:
         """What makes the fragments of such a set, in any attitude and of any number."""
-        from transition.weighted import Casings, Runs
+        from transition.weighted import Casings
 
         self._check_number()
-        runs = []
-        for segment, law, source, sheet in zip(self.segments, self.laws, self._sources, self._sheets, strict=True):
-            draws = Draws(_WEIGHTED, number, (segment.round, segment.index))
-            drawn = source.draw(draws.generator("points"))
-            order = sheet.order(drawn.reference, draws.uniform("curve", CURVE_DRAWS))
-            runs.append(Runs.along(segment, law, self._sampler(segment), drawn, order, self.settings))
+        runs = self._runs([number], self._sources)
         names, first = tuple(broken.name for broken in self.rounds), self.rounds[0]
-        axis = np.asarray(first.axis) / np.linalg.norm(first.axis) if self._turned else None
-        return Casings(tuple(runs), self._images, axis, self._base(first), self._foot, names, self.settings)
+        axis = self._axis() if self._turned else None
+        return Casings(runs, self._images, axis, self._base(first), self._foot, names, self.settings)
+
+    def _runs(self, curves: Iterable[int], sources: Sequence[PointSource], *, keep: bool = False) -> tuple[Runs, ...]:
+        """Runs of each segment along the curves of these numbers over points of its source; no seed is in them."""
+        from transition.weighted import Runs
+
+        runs = []
+        for segment, law, source, sheet in zip(self.segments, self.laws, sources, self._sheets, strict=True):
+            made = []
+            for number in curves:
+                draws = Draws(_WEIGHTED, number, (segment.round, segment.index))
+                points = source.draw(draws.generator("points"))
+                order = sheet.kept_order if keep else sheet.order
+                made.append((points, order(points.reference, draws.uniform("curve", CURVE_DRAWS))))
+            runs.append(Runs.along(segment, law, self._sampler(segment), made, self.settings))
+        return tuple(runs)
+
+    def _axis(self) -> NDArray[np.float64]:
+        """Unit axis of the first round (3,)."""
+        axis = np.asarray(self.rounds[0].axis)
+        return axis / np.linalg.norm(axis)
 
     def _base(self, broken: BrokenRound) -> NDArray[np.float64]:
         position = np.asarray(self.snapshot.rounds[broken.computed].position)

@@ -20,13 +20,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from transition.cells.points import PointSource
-    from transition.intensity import Intensity
-    from transition.law.samplers import Sampler
-    from transition.law.segment_law import SegmentLaw
     from transition.law.segments import CasingSegment
     from transition.placement.isometry import Isometry
-    from transition.placement.placing import Sheet
-    from transition.settings import BreakUpSettings
     from transition.snapshot import Snapshot
 
 
@@ -124,37 +119,6 @@ class RingCasing:
         none = np.zeros_like(radius)
         sides = ((radius, none), (-radius, none), (none, radius), (none, -radius))
         return np.concatenate([np.column_stack([x, y, height]) for x, y in sides])
-
-    def intensity(
-        self, segments: Sequence[CasingSegment], laws: Sequence[SegmentLaw], samplers: Sequence[Sampler],
-        sheets: Sequence[Sheet], settings: BreakUpSettings,
-    ) -> Intensity:  # fmt: skip
-        """Expected fragments of the segments by their laws."""
-        from transition.intensity import Intensity, SegmentIntensity
-
-        x, y, z = (float(value) for value in self._half.axis)
-        station = self._reference[:, :, 1].mean(axis=1)
-        parts = []
-        for segment, law, sampler, sheet in zip(segments, laws, samplers, sheets, strict=True):
-            # along the axis, so that neighbours in the order are neighbours in the casing
-            cells = segment.cells[np.argsort(station[segment.cells], kind="stable")]
-            _, first, corners = np.unique(
-                self._snapshot.cells[self._snapshot.casing][cells].ravel(), return_index=True, return_inverse=True
-            )
-            parts.append(
-                SegmentIntensity(
-                    law,
-                    sampler,
-                    self._mass[cells],
-                    corners.reshape(-1, 4),
-                    self._reference[cells].reshape(len(corners), 2)[first],
-                    self._state[cells].reshape(len(corners), 4)[first],
-                    sheet,
-                    settings.velocity == "mean",
-                )
-            )
-        place = (float(self._half.origin[0]), float(self._half.origin[1]), float(self._half.origin[2]))
-        return Intensity(tuple(parts), (x, y, z), place, settings.direction_scatter, float(settings.shape_factor))
 
     def sums(self, computed: int) -> CasingSums:  # noqa: ARG002 - there is one round
         """See `Casing`."""

@@ -1,38 +1,35 @@
-"""Expected number of fragments of an axisymmetric round by mass, ring of the casing and velocity: no draw.
+"""Expected number of fragments of an axisymmetric round by mass, place and velocity: no draw.
 
-Mott's law of a segment holds in each of its cells alike, up to the mass of the segment, and closes on its mass: the
-fragments of mass m are n(m) dm = M f(m) / m dm, with f the law's distribution of the mass. A fragment has the mean
-velocity and position of the metal that it is made of (`transition.placement.means`). Directions are those before their
-random deviation, with the mean of the small shift by which deviations are kept from changing the momentum of a segment
-(`transition.placement.scatter`).
+Mott's law of a segment holds all over it alike, up to the mass of the segment, and closes on its mass: the fragments of
+mass m are n(m) dm = M f(m) / m dm, with f the law's distribution of the mass. A fragment is a run of that mass along
+one of fixed curves over the segment, as it is of a drawn one (`transition.weighted.Runs`), and has the mean
+velocity and position of its metal. Directions are those before their random deviation, with the mean of the small shift
+by which deviations are kept from changing the momentum of a segment (`transition.placement.scatter`).
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from transition.cells.interpolation import interpolated
-from transition.cells.meridian import mass_density, node_shares
-from transition.law.samplers import masses_at
-from transition.placement.means import mean_states
-from transition.placement.scatter import STIFFEST, mean_cosine
-
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from transition.law.samplers import Sampler
-    from transition.law.segment_law import SegmentLaw
-    from transition.placement.placing import Sheet
+    from transition.weighted import Runs
 
     Array = NDArray[np.float64]
 
 
+CURVES, POINTS = 32, 2**13
+"""Curves, and points of the casing along each of them: of about equal mass, or eight a ring where that is more."""
+SAMPLE_CURVES, SAMPLE_POINTS = 1, 2**14
+"""The same of a sample of a study."""
+
+
 class RingFragments(NamedTuple):
-    """Points of the intensity (n,): rings of the casing with their fragments. SI units."""
+    """Points of the intensity (n,): fragments anywhere about the axis. SI units."""
 
     number: Array
     """Fragments that each point stands for; the mean over points of the unit cube is the number of all."""
@@ -46,112 +43,44 @@ class RingFragments(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class SegmentIntensity:
-    """One segment: its law and sampler, and its rings."""
-
-    law: SegmentLaw
-    sampler: Sampler
-    mass: Array
-    """(m,) float64: of the rings (kg)."""
-    corners: NDArray[np.int64]
-    """(m, 4) int64: their nodes, of the k below."""
-    reference: Array
-    """(k, 2) float64: radius and height of the nodes before the burst (m)."""
-    state: Array
-    """(k, 4) float64: radius and height (m), radial and axial velocity (m/s) of the nodes now."""
-    sheet: Sheet
-    averaged: bool
-    """Whether a fragment has the means over its metal, or the velocity at a point of it."""
-
-    def rings(self, fragments: Array, quantiles: Array, across: Array) -> tuple[Array, Array]:
-        """States (n, 4) of fragments about points of the rings, and the density of the mass there over the points'.
-
-        `fragments` (n,): their masses (kg); `quantiles` (n,): of the mass over the rings, ring by ring and along the
-        first coordinate of each; `across` (n,): the second coordinate, 0 to 1.
-        """
-        total = np.concatenate([[0.0], np.cumsum(self.mass)])
-        total /= total[-1]
-        ring = np.minimum(np.searchsorted(total, quantiles, side="right") - 1, len(self.mass) - 1)
-        along = np.clip((quantiles - total[ring]) / (total[ring + 1] - total[ring]), 0.0, 1.0)
-        density = mass_density(self.reference[self.corners])
-        powers = np.arange(3)
-        xi, eta = (2.0 * one[:, None] - 1.0 for one in (along, across))
-        here = np.einsum("nij,ni,nj->n", density[ring], xi**powers, eta**powers)
-        mean = np.einsum("mij,i,j->m", density, *(np.array([1.0, 0.0, 1.0 / 3.0]),) * 2)
-        point, nodes = np.column_stack([along, across]), self.corners[ring]
-        if not self.averaged:
-            return interpolated(self.state[nodes], point), here / mean[ring]
-        levels, states = self._means
-        level = np.clip(np.searchsorted(levels, fragments) - 1, 0, len(levels) - 2)
-        share = np.clip((fragments - levels[level]) / (levels[level + 1] - levels[level]), 0.0, 1.0)[:, None]
-        low, high = (interpolated(states[one[:, None], nodes], point) for one in (level, level + 1))
-        return (1.0 - share) * low + share * high, here / mean[ring]
-
-    @cached_property
-    def _means(self) -> tuple[Array, Array]:
-        """Masses (l,), and states (l, k, 4) of fragments of these masses about the nodes."""
-        of_nodes = node_shares(self.reference[self.corners]) * self.mass[:, None] / self.mass.sum()
-        share = np.zeros(len(self.reference))
-        np.add.at(share, self.corners, of_nodes)
-        levels, states = mean_states(self.sheet, self.reference, share, self.state)
-        return levels * self.law.mass, states
-
-
-@dataclass(frozen=True, eq=False)
 class Intensity:
     """The intensity of the fragments of one axisymmetric round, as `flight.hazard.integral.Source`. SI units."""
 
-    segments: tuple[SegmentIntensity, ...]
+    segments: tuple[Runs, ...]
+    along: Array
+    base: Array
+    """(3,) float64: its unit axis and the centre of its base plane (m), where the runs lie."""
     axis: tuple[float, float, float]
-    """Unit vector from the base to the nose."""
+    """Unit vector from the base to the nose, in the attitude that is wanted."""
     place: tuple[float, float, float]
-    """Centre of its base plane (m), from which stations count."""
+    """Centre of its base plane (m) there, from which stations count."""
     scatter: float
     """Standard deviation of the directions about each of two axes (rad)."""
     shape_factor: float
     """k of the presented areas (kg/m3)."""
 
-    @property
-    def number(self) -> float:
-        """Expected number of fragments by Mott's law."""
-        return float(sum(segment.law.n0 for segment in self.segments))
-
     def at(self, points: Array) -> RingFragments:
-        """Rings and masses at points (n, 3) of the unit cube, whose measure is the intensity.
+        """Fragments at points (n, 2 or more) of the unit cube, whose measure is the intensity.
 
-        The first coordinate is that of segment and mass, the other two are those of place.
+        The first coordinate is that of segment and mass, the second that of the middle of the run, by its height on the
+        round: so the integrand is smooth.
         """
-        of_segment = np.array([segment.law.mass for segment in self.segments])
-        ends = np.concatenate([[0.0], np.cumsum(of_segment)]) / of_segment.sum()
-        which = np.minimum(np.searchsorted(ends, points[:, 0], side="right") - 1, len(of_segment) - 1)
-        made = np.zeros((len(RingFragments._fields), len(points)))
+        masses = np.array([segment.law.mass for segment in self.segments])
+        ends = np.concatenate([[0.0], np.cumsum(masses)]) / masses.sum()
+        which = np.minimum(np.searchsorted(ends, points[:, 0], side="right") - 1, len(masses) - 1)
+        mass, per_mass, shift = np.zeros((3, len(points)))
+        states = np.zeros((len(points), 6))
         for number, segment in enumerate(self.segments):
-            mine = which == number
+            mine = np.flatnonzero(which == number)
             inside = (points[mine, 0] - ends[number]) / (ends[number + 1] - ends[number])
-            mass, per_mass = masses_at(segment.law.law, segment.sampler, segment.law.mass, inside)
-            state, density = segment.rings(mass, points[mine, 1], points[mine, 2])
-            radius, station, radial, axial = state.T
-            axial, radial = self._shifted(segment, axial, radial)
-            made[:, mine] = of_segment.sum() * per_mass * density, mass, radius, station, radial, axial
-        return RingFragments(*made)
-
-    def _shifted(self, segment: SegmentIntensity, axial: Array, radial: Array) -> tuple[Array, Array]:
-        """Velocities in the mean direction after what keeps the momentum along the axis; speeds stay."""
-        speed = np.hypot(axial, radial)
+            mass[mine], per_mass[mine], states[mine] = segment.at(inside, segment.places(points[mine, 1]))
+            shift[mine] = segment.shift @ self.along
+        position, velocity = states[:, :3] - self.base, states[:, 3:]
+        station, axial = position @ self.along, velocity @ self.along
+        outward = position - station[:, None] * self.along
+        radius, speed = np.linalg.norm(outward, axis=1), np.linalg.norm(velocity, axis=1)
+        radial = np.copysign(np.sqrt(np.maximum(speed**2 - axial**2, 0.0)), np.einsum("ni,ni->n", velocity, outward))
         moving = np.maximum(speed, 1e-300)
-        along = axial / moving + self._shift(segment)
-        turned = speed / np.maximum(np.hypot(along, radial / moving), 1e-300)
-        return turned * along, turned * radial / moving
-
-    def _shift(self, segment: SegmentIntensity) -> float:
-        """Shift of all unit vectors along the axis that makes up for the momentum lost to the deviations."""
-        velocity = segment.state[segment.corners][..., 2:].mean(axis=1)
-        speed = np.hypot(velocity[:, 0], velocity[:, 1])
-        weight = segment.mass * speed
-        along = np.divide(velocity[:, 1], speed, out=np.zeros_like(speed), where=speed > 0.0)
-        kept, doubled = mean_cosine(self.scatter), mean_cosine(2.0 * self.scatter)
-        squared = 0.5 * (1.0 + doubled) * along**2 + 0.25 * (1.0 - doubled) * (1.0 - along**2)
-        stiffness = float(weight @ (1.0 - squared))
-        if not stiffness > STIFFEST * float(weight.sum()):
-            return 0.0
-        return (1.0 - kept) * float(weight @ along) / stiffness
+        shifted = axial / moving + shift
+        turned = speed / np.maximum(np.hypot(shifted, radial / moving), 1e-300)
+        return RingFragments(masses.sum() * per_mass, mass, radius, station, turned * radial / moving, turned * shifted)

@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -24,6 +25,8 @@ from transition.law.samplers import masses_at
 from transition.placement.scatter import STIFFEST, mean_cosine
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import NDArray
 
     from flight.fragments import Fragments
@@ -71,7 +74,7 @@ def _sobol(coordinates: int, points: int, seed: int) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class Runs:
-    """Runs of one segment along its curve.
+    """Runs of one segment along one curve or several, one after the other.
 
     Attributes
     ----------
@@ -85,6 +88,10 @@ class Runs:
         What unit vectors are shifted by on average, so that deviations keep the segment's momentum.
     averaged : bool
         Whether a fragment has the means over its run, or the state of a point in its middle.
+    curves : int
+        Number of the curves.
+    height : (p,) float64
+        Heights of the points along the round's axis before the burst (m).
     """
 
     segment: CasingSegment
@@ -94,28 +101,46 @@ class Runs:
     sums: Array
     shift: Array
     averaged: bool
+    curves: int
+    height: Array
 
     @classmethod
     def along(
-        cls, segment: CasingSegment, law: SegmentLaw, sampler: Sampler, points: MaterialPoints,
-        order: NDArray[np.int64], settings: BreakUpSettings,
+        cls, segment: CasingSegment, law: SegmentLaw, sampler: Sampler,
+        curves: Sequence[tuple[MaterialPoints, NDArray[np.int64]]], settings: BreakUpSettings,
     ) -> Runs:  # fmt: skip
-        """Sums over a segment's points in the order of a curve."""
-        mass, states = points.mass[order], np.hstack([points.position, points.velocity])[order]
-        sums = np.vstack([np.zeros(6), np.cumsum(mass[:, None] * states, axis=0)])
+        """Sums over a segment's points in the order of each curve."""
+        mass = np.concatenate([points.mass[order] for points, order in curves])
+        states = np.concatenate([np.hstack([points.position, points.velocity])[order] for points, order in curves])
+        height = np.concatenate([points.reference[order, 2] for points, order in curves])
+        sums = np.zeros((len(mass) + 1, 6))
+        np.cumsum(mass[:, None] * states, axis=0, out=sums[1:])
         return cls(
             segment, law, sampler, np.concatenate([[0.0], np.cumsum(mass)]), sums,
-            _shift(points.mass, points.velocity, settings.direction_scatter), settings.velocity == "mean",
+            _shift(mass, states[:, 3:], settings.direction_scatter), settings.velocity == "mean", len(curves), height,
         )  # fmt: skip
+
+    @cached_property
+    def _by_height(self) -> tuple[Array, Array]:
+        """Fractions of the mass below the points, from the lowest on, and their places along the curves (0 to 1)."""
+        order = np.argsort(self.height)
+        below = np.cumsum(np.diff(self.end)[order])
+        return below / below[-1], (0.5 * (self.end[:-1] + self.end[1:]) / self.end[-1])[order]
+
+    def places(self, quantiles: Array) -> Array:
+        """Places along the curves of the points at quantiles (n,) of the mass by height."""
+        below, places = self._by_height
+        return places[np.minimum(np.searchsorted(below, quantiles), len(places) - 1)]
 
     def at(self, quantiles: Array, places: Array) -> tuple[Array, Array, Array]:
         """Masses (n,) in kg, numbers per mass of the segment (n,) in 1/kg, and states (n, 6) in m and m/s."""
         mass, per_mass = masses_at(self.law.law, self.sampler, self.law.mass, quantiles)
-        total = self.end[-1]
+        total = self.end[-1] / self.curves
         # Shorter than a point a run is within it; a difference of the sums would be lost in round-off.
-        shortest = total / (len(self.end) - 1)
+        shortest = self.end[-1] / (len(self.end) - 1)
         length = np.minimum(np.maximum(mass, shortest) if self.averaged else shortest, total)
-        begin = np.clip(places * total - 0.5 * length, 0.0, total - length)
+        curve, along = np.divmod(places * self.curves, 1.0)
+        begin = np.clip(along * total - 0.5 * length, 0.0, total - length) + curve * total
         low, high = (
             np.column_stack([np.interp(at, self.end, one) for one in self.sums.T]) for at in (begin, begin + length)
         )

@@ -83,7 +83,7 @@ class Realisations:
         assert self._prepared is not None
         if method == "weighted_fragments":
             return WeightedFlights(job.case, self._prepared, job.cores).solve(job.attitude), method, reason
-        intensity = self._prepared.intensity()
+        intensity = self._prepared.intensity(sample=job.sample)
         solved = (
             None if intensity is None else Integrand(job.case, intensity, job.cores, job.sample).solve(job.attitude)
         )

@@ -12,7 +12,8 @@ round-off; spin of a fragment is lost here.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -78,23 +79,6 @@ class Sheet:
         blocks = max(1, round(self.lengths[0] / self.lengths[1]))
         return blocks, min(max(0, round(np.log2(self.lengths[1] / self.lengths[2]))), 8)
 
-    def meridian(self, reference: Array) -> tuple[Array, float | None]:
-        """Coordinates (k, 2) of points in the meridian in units in which runs of the curve are as long as wide.
-
-        `reference` (k, 2): their radius and height before the burst (m). Of a wall with the units of a radian about
-        the axis; of a disc, whose first coordinate is the distance from the axis, None.
-        """
-        blocks, flat = self._blocks
-        scale = np.empty(3)
-        scale[list(self.sides)] = blocks, 1.0, 0.5**flat
-        scale /= self.high - self.low
-        radius, height = reference.T
-        if self.middle is None:
-            radius = np.maximum(radius, 1e-9)
-            return np.column_stack([np.sqrt(scale[0] * scale[1]) * radius, scale[2] * height]), None
-        depth = radius - np.polyval(self.middle, height)
-        return np.column_stack([scale[2] * depth, scale[1] * height]), float(scale[0] / (2.0 * np.pi))
-
     def order(self, reference: Array, uniform: Array) -> NDArray[np.int64]:
         """Order (p,) of points along a random curve; `uniform` (`CURVE_DRAWS`,): the numbers that settle it."""
         cosine, sine = np.cos(2.0 * np.pi * uniform[0]), np.sin(2.0 * np.pi * uniform[0])
@@ -110,6 +94,20 @@ class Sheet:
         # Numbers that hold the point's own differ, so that every way of sorting gives the same order.
         numbered = curve_positions(unit, blocks, flat, deep) << row | np.arange(len(reference))
         return np.sort(numbered) & ((1 << row) - 1)
+
+    def kept_order(self, reference: Array, uniform: Array) -> NDArray[np.int64]:
+        """The same, kept for other bursts of the same casing."""
+        middle = None if self.middle is None else tuple(self.middle)
+        sheet = (self.sides, tuple(self.lengths), tuple(self.low), tuple(self.high), middle)
+        return _kept_order(sheet, reference.tobytes(), uniform.tobytes())
+
+
+@lru_cache(maxsize=24)
+def _kept_order(sheet: tuple[Any, ...], reference: bytes, uniform: bytes) -> NDArray[np.int64]:
+    sides, lengths, low, high, middle = sheet
+    middle = None if middle is None else np.array(middle)
+    made = Sheet(sides, np.array(lengths), np.array(low), np.array(high), middle)
+    return made.order(np.frombuffer(reference).reshape(-1, 3), np.frombuffer(uniform))
 
 
 CURVE_DRAWS = 1 + 3 * (1 + _SPLITS)
