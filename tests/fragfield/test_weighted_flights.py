@@ -19,9 +19,10 @@ from flight.hazard.pool import FlightCounts, PooledFlights
 from flight.hazard.weighted import count_weighted, expected_of
 from flight.integrate.legs import legs_between
 from fragfield.case import load_case
+from fragfield.case.conversion.turned import Arrangement
 from fragfield.pipeline.flown import above_ground
-from fragfield.pipeline.integral import why_not_integrated
-from fragfield.pipeline.weighted import after_contact, may_meet, why_not_weighted
+from fragfield.pipeline.integral import Integrand, why_not_integrated
+from fragfield.pipeline.weighted import WeightedFlights, after_contact, may_meet, why_not_weighted
 from tests.fragfield.short_run import ROOT
 from tests.transition.meridian import Meridian
 from transition import BreakUp, BreakUpSettings
@@ -160,8 +161,10 @@ ROUND = ROOT / "cases" / "grenade_155_tnt.toml"
     [
         (ROUND, ("flight.wind.speed=5 m/s",), ""),
         (ROUND, ("burst.geometry=3d",), ""),
-        (ROUND, ("burst.geometry=3d", "round.0.attitude=any"), "any attitude"),
+        (ROUND, ("burst.geometry=3d", "round.0.attitude=any"), ""),
+        (ROUND, ("flight.wind.speed=5 m/s", "round.0.attitude=any"), ""),
         (ROOT / "cases" / "m107_pair.toml", (), ""),
+        (ROOT / "cases" / "m107_pair.toml", ("round.0.attitude=any",), "several rounds of any attitude"),
     ],
 )
 def test_where_weighted_fragments_are_flown(case, settings, words):
@@ -183,6 +186,45 @@ def test_where_weighted_fragments_are_flown(case, settings, words):
 )
 def test_where_fragments_may_meet(case, settings, meet):
     assert may_meet(load_case(case, settings)) == meet
+
+
+@pytest.fixture
+def coarsely(monkeypatch):
+    for name, step in (("COARSE", 45.0), ("FINE", 20.0), ("AZIMUTHS", 90.0), ("AZIMUTH", 45.0)):
+        monkeypatch.setattr(f"fragfield.pipeline.integral.{name}", step)
+
+
+def any_attitude(broken, *settings):
+    return WeightedFlights(load_case(ROUND, ("round.0.attitude=any", "hazard.tolerance=0.15", *settings)), broken, 2)
+
+
+def test_the_worst_attitude_in_wind_is_that_of_the_round_which_stands_so(broken, coarsely):
+    """Its distance is no less than in others, and turns with the wind; the nose is tried to one side of it."""
+    along = any_attitude(broken, "flight.wind.speed=20 m/s")
+    found, solved = along.solve(), {}
+    for inclination, azimuth in ((0.0, 0.0), (90.0, 0.0), (90.0, 90.0), (45.0, 180.0)):
+        turned = Arrangement(along.case).turned(inclination, azimuth=azimuth)
+        solved[inclination, azimuth] = along.solve(turned).integral.expected()
+    best = found.integral.expected()
+    for one in solved.values():
+        assert one.distance < best.distance + 3.5 * math.hypot(one.standard_error, best.standard_error)
+    apart = [one.distance for one in solved.values()]
+    assert max(apart) - min(apart) > 0.1 * best.distance, "attitudes differ"
+    assert 0.0 <= found.attitude.azimuth <= 180.0
+    assert [row.inclination_deg for row in found.curve] == sorted({row.inclination_deg for row in found.curve})
+    across = any_attitude(broken, "flight.wind={speed='20 m/s', towards='90 deg'}").solve()
+    other = across.integral.expected()
+    assert other.distance == pytest.approx(best.distance, abs=3.5 * math.hypot(best.standard_error, other.standard_error))
+    downwind = [(one.direction - wind + 180.0) % 360.0 - 180.0 for one, wind in ((best, 0.0), (other, 90.0))]
+    assert max(map(abs, downwind)) < 90.0
+
+
+def test_in_a_breath_of_wind_any_attitude_is_that_of_still_air(broken, coarsely):
+    breath = any_attitude(broken, "flight.wind.speed=0.01 m/s")
+    still = load_case(ROUND, ("round.0.attitude=any",))
+    exact = Integrand(still, broken.intensity(), 2).solve().integral.expected()
+    found = breath.solve().integral.expected()
+    assert found.distance == pytest.approx(exact.distance, abs=3.5 * found.standard_error + 0.01 * exact.distance)
 
 
 def test_elevations_spread_out_as_they_were():
