@@ -114,14 +114,14 @@ class Integrand:
         """The integral in an attitude, or as the rounds stand; of mixed attitudes, left out, in the worst of all."""
         if attitude is not None or not is_mixed(self.case):
             return Solved(self.integral(attitude), attitude)
-        worst, curve = worst_attitude(self.case, lambda one: self.integral(one, finely=False).expected())
+        (worst, *_), curve = worst_attitudes(self.case, lambda one: self.integral(one, finely=False).expected())
         return Solved(self.integral(worst), worst, curve)
 
 
-def worst_attitude(
+def worst_attitudes(
     case: CaseTable, expected: Callable[[Turned], ExpectedDistance]
-) -> tuple[Turned, list[FlownAttitude]]:
-    """The attitude of the farthest distance that one round of revolution has, and the farthest by inclination.
+) -> tuple[list[Turned], list[FlownAttitude]]:
+    """Attitudes of one round of revolution, those of the farthest distances first, and the farthest by inclination.
 
     In wind the nose points to every azimuth too; where the wind blows one way at all heights, to one side of it.
     """
@@ -129,6 +129,7 @@ def worst_attitude(
     ways = {0.0} if wind.is_still else set(wind.directions or [wind.towards])
     towards, one_way = math.degrees(next(iter(ways))), len(ways) == 1
     rows: dict[tuple[float, float], FlownAttitude] = {}
+    attitudes: dict[tuple[float, float], Turned] = {}
 
     def add(inclination: float, turn: float) -> None:
         turn %= 360.0
@@ -139,7 +140,8 @@ def worst_attitude(
         if (inclination, turn) in rows or not 0.0 <= inclination <= 180.0:
             return
         azimuth = 0.0 if wind.is_still else towards + turn
-        found = expected(arrangement.turned(inclination, azimuth=azimuth))
+        attitudes[inclination, turn] = turned = arrangement.turned(inclination, azimuth=azimuth)
+        found = expected(turned)
         rows[inclination, turn] = FlownAttitude.read({
             "inclination_deg": inclination, "roll_deg": 0.0, "expected": found.distance,
             "upper": found.upper, "standard_error": found.standard_error, "realisations": 0,
@@ -157,9 +159,9 @@ def worst_attitude(
             add(worst[0] + step, worst[1])
         for step in (-AZIMUTH, AZIMUTH):
             add(worst[0], worst[1] + step)
-    farthest = {key[0]: rows[key] for key in sorted(rows, key=reach)}
-    turned = arrangement.turned(worst[0], azimuth=0.0 if wind.is_still else towards + worst[1])
-    return turned, [farthest[one] for one in sorted(farthest)]
+    rising = sorted(sorted(rows, reverse=True), key=reach)
+    farthest = {key[0]: rows[key] for key in rising}
+    return [attitudes[key] for key in reversed(rising)], [farthest[one] for one in sorted(farthest)]
 
 
 @dataclass(frozen=True, eq=False)

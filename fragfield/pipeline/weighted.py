@@ -11,6 +11,7 @@ import math
 import warnings
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -22,7 +23,7 @@ from fragfield.case.conversion.clearance import min_clearance
 from fragfield.case.conversion.rounds import placed
 from fragfield.case.conversion.turned import Arrangement
 from fragfield.pipeline.flown import above_ground
-from fragfield.pipeline.integral import Solved, worst_attitude
+from fragfield.pipeline.integral import Solved, worst_attitudes
 from transition.placement.isometry import Isometry
 from transition.weighted import unit_points
 
@@ -30,7 +31,6 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from flight.fragments import Fragments
-    from flight.hazard.density.distance import ExpectedDistance
     from flight.hazard.weighted import WeightedCounts
     from fragfield.case import CaseTable
     from fragfield.case.conversion.turned import Turned
@@ -43,8 +43,8 @@ POINTS = 2**15
 """Fragments of a set for each round, where `hazard.tolerance` is `USUAL`; in inverse proportion to it."""
 USUAL = 0.02
 _FEWEST, _MOST = 2**10, 2**17
-SEARCHED = 8
-"""Times fewer of them where the worst attitude is searched."""
+SEARCHED, FEWEST_SEARCHED, WORST = 8, 2**11, 4
+"""Times fewer of them where the worst attitude is searched, but not fewer than so many; attitudes flown with all."""
 _EXPANSION = 1.0  # m of two casings until they break up, with room
 MET, _MORE = 24, 8
 """Realisations whose fragments meet: the fewest for the usual tolerance, and the fewest more."""
@@ -89,31 +89,30 @@ class WeightedFlights:
     def solve(self, attitude: Turned | None = None) -> Solved:
         """The expected density in an attitude, or as the rounds stand; of mixed ones, left out, in the worst of all.
 
-        The worst is chosen by fewer fragments of other sets, so that it is not the one whose noise is largest.
+        All are flown with few fragments, and the worst of them with the full number.
         """
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", FlightWarning)  # reported for the realisations
             if attitude is None and is_mixed(self.case):
-                number = fragments_of_set(self.case, 1) // SEARCHED
-                casings = [self.broken.casings(one) for one in range(SETS, 2 * SETS)]
+                few = max(fragments_of_set(self.case, 1) // SEARCHED, FEWEST_SEARCHED)
+                worst, curve = worst_attitudes(self.case, lambda one: self._turned(one, few).integral.expected())
+                solved = [self._turned(one) for one in worst[:WORST]]
+                return replace(max(solved, key=lambda one: one.integral.expected().distance), curve=curve)
+            return self._met() if attitude is None and may_meet(self.case) else self._turned(attitude)
 
-                def expected(turned: Turned) -> ExpectedDistance:
-                    return self._turned(turned, casings, number, SETS).integral.expected()
+    @cached_property
+    def _casings(self) -> list[Casings]:
+        return [self.broken.casings(one) for one in range(SETS)]
 
-                worst, curve = worst_attitude(self.case, expected)
-                return replace(self.solve(worst), curve=curve)
-            if attitude is None and may_meet(self.case):
-                return self._met()
-            casings = [self.broken.casings(one) for one in range(SETS)]
-            return self._turned(attitude, casings, fragments_of_set(self.case, len(self.broken.rounds)))
-
-    def _turned(self, attitude: Turned | None, casings: Sequence[Casings], number: int, first: int = 0) -> Solved:
-        """By so many fragments of sets with the numbers from `first` on."""
+    def _turned(self, attitude: Turned | None, number: int | None = None) -> Solved:
+        """By so many fragments of each set."""
+        number = number or fragments_of_set(self.case, len(self.broken.rounds))
         motion = None if attitude is None else Isometry(attitude.matrix, attitude.shift)
         own = self if attitude is None else replace(self, case=attitude.case)
+        casings = self._casings if is_mixed(self.case) else map(self.broken.casings, range(SETS))  # kept if used again
         parts = [
             own._flown(one, casing.at(unit_points(one, number), motion), self.threads)
-            for one, casing in enumerate(casings, start=first)
+            for one, casing in enumerate(casings)
         ]
         return replace(own._solved(parts), attitude=attitude)
 

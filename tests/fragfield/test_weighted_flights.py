@@ -202,7 +202,7 @@ def test_the_worst_attitude_in_wind_is_that_of_the_round_which_stands_so(broken,
     """Its distance is no less than in others, and turns with the wind; the nose is tried to one side of it."""
     along = any_attitude(broken, "flight.wind.speed=20 m/s")
     found, solved = along.solve(), {}
-    for inclination, azimuth in ((0.0, 0.0), (90.0, 0.0), (90.0, 90.0), (45.0, 180.0)):
+    for inclination, azimuth in ((0.0, 0.0), (90.0, 0.0), (45.0, 180.0)):
         turned = Arrangement(along.case).turned(inclination, azimuth=azimuth)
         solved[inclination, azimuth] = along.solve(turned).integral.expected()
     best = found.integral.expected()
@@ -214,7 +214,8 @@ def test_the_worst_attitude_in_wind_is_that_of_the_round_which_stands_so(broken,
     assert [row.inclination_deg for row in found.curve] == sorted({row.inclination_deg for row in found.curve})
     across = any_attitude(broken, "flight.wind={speed='20 m/s', towards='90 deg'}").solve()
     other = across.integral.expected()
-    assert other.distance == pytest.approx(best.distance, abs=3.5 * math.hypot(best.standard_error, other.standard_error))
+    error = math.hypot(best.standard_error, other.standard_error)
+    assert other.distance == pytest.approx(best.distance, abs=3.5 * error)
     downwind = [(one.direction - wind + 180.0) % 360.0 - 180.0 for one, wind in ((best, 0.0), (other, 90.0))]
     assert max(map(abs, downwind)) < 90.0
 

@@ -98,9 +98,7 @@ class Arrangement:
 
         The height of the centre of the casings stays unless a casing would reach below the ground.
         """
-        matrix = (
-            _about(2, math.radians(azimuth)) @ _about(1, math.radians(inclination)) @ _about(2, math.radians(roll))
-        )
+        matrix = _about(2, math.radians(azimuth)) @ _about(1, math.radians(inclination)) @ _about(2, math.radians(roll))
         shift = self.centre - matrix @ self.centre
         ground = ground_height(self.case, float(self.centre[0]), float(self.centre[1]))
         shift[2] += max(0.0, ground - self._lowest(matrix, shift))
