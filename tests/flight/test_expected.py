@@ -94,14 +94,15 @@ def test_bias_and_coverage_in_few_trials(basis, mirrors, azimuthal, weight) -> N
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("basis", "mirrors", "azimuthal", "weight", "low", "high"),
-    [(*case, *bounds) for case, bounds in zip(CASES, [(0.93, 0.97), (0.91, 0.97), (0.92, 0.98)], strict=True)],
+    ("basis", "mirrors", "azimuthal", "weight"),
+    CASES,
 )
-def test_bias_and_coverage_in_five_hundred_trials(basis, mirrors, azimuthal, weight, low, high) -> None:
-    """95 %; of one narrow peak, whose distance is 0.3 % short, 93 %; of two that are alike 95 % (120 trials each)."""
+def test_bias_and_coverage_in_five_hundred_trials(basis, mirrors, azimuthal, weight) -> None:
+    """93 to 97 %, and a standard error of so many trials; 4,000 of the first, 600 of the others: 94.7, 95.3, 95.0."""
     field = directions(basis, mirrors)
     truth = true_distance(1.0 if basis == "all_azimuths" else smoothed_peak())
-    judge(estimates(field, azimuthal, weight, 500, seed=4), truth, low, high)
+    error = math.sqrt(0.05 * 0.95 / 500)
+    judge(estimates(field, azimuthal, weight, 500, seed=4), truth, 0.93 - error, 0.97 + error)
 
 
 def exact(field: Directions, azimuthal, scale: float = 1.0) -> ExpectedDistance:
