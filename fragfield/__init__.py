@@ -31,8 +31,7 @@ if TYPE_CHECKING:
     from fragfield.importing.table import ImportedTable, import_table
     from fragfield.interface.case import Case
     from fragfield.interface.checking import CheckResult, Converted, check, convert
-    from fragfield.interface.hazard import HazardDistance
-    from fragfield.interface.results import Run, open  # noqa: A004 - as h5py.File has its `open`
+    from fragfield.interface.results import HazardDistance, Run, open  # noqa: A004 - as h5py.File has its `open`
     from fragfield.interface.running import run
     from fragfield.interface.tables import Table
     from fragfield.studies.limit import Limit, run_limit
@@ -78,8 +77,7 @@ __getattr__, __dir__ = lazy_names(
         "fragfield.importing.table": "ImportedTable import_table",
         "fragfield.interface.case": "Case",
         "fragfield.interface.checking": "CheckResult Converted check convert",
-        "fragfield.interface.hazard": "HazardDistance",
-        "fragfield.interface.results": "Run open",
+        "fragfield.interface.results": "HazardDistance Run open",
         "fragfield.interface.running": "run",
         "fragfield.interface.tables": "Table",
         "fragfield.studies.limit": "Limit run_limit",

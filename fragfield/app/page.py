@@ -1,4 +1,4 @@
-"""What all pages of a case share: heading, navigation, saving, faults at their fields, and news of other pages."""
+"""What all pages of a case share: heading, navigation, saving, and faults at their fields."""
 
 from __future__ import annotations
 
@@ -93,24 +93,26 @@ def shown_facts(rows: Iterable[Sequence[str]], heads: Sequence[str] = ()) -> Non
     html(facts(rows, heads))
 
 
-PAGES = ("start", "round", "arrangement", "site", "run", "result")
-"""Names of the pages, in order; `/name` is the address of each."""
-_OF_TABLE = {
-    "round": "round", "official": "round", "stack": "arrangement", "plane": "arrangement", "site": "site",
-    "exposed": "site", "obstacle": "site",
+PAGES: dict[str, tuple[str, ...]] = {
+    "start": (),
+    "round": ("round", "official"),
+    "arrangement": (
+        "round.attitude", "round.azimuth", "round.base", "round.position", "round.axis", "round.ignition",
+        "round.initiation", "stack", "plane",
+    ),
+    "site": ("site", "exposed", "obstacle", "flight.ground"),
+    "run": ("",),
+    "result": (),
 }  # fmt: skip
-_ON_ARRANGEMENT = ("position", "base", "attitude", "azimuth", "axis", "ignition", "initiation")
+"""Names of the pages, in order (`/name` is the address), with the keys that each edits; all other keys are on "run"."""
 _TICK = 0.4  # s between looks at the case
 
 
 def page_of(key: str) -> str:
-    """The page that has the field of a key."""
-    top, *rest = [step for step in steps_of(key) if isinstance(step, str)] or [""]
-    if top == "round" and rest and rest[0] in _ON_ARRANGEMENT:
-        return "arrangement"
-    if top == "flight" and rest and rest[0] == "ground":
-        return "site"
-    return _OF_TABLE.get(top, "run")
+    """The page that has the field of a key: that which names most of it."""
+    asked = f"{'.'.join(step for step in steps_of(key) if isinstance(step, str))}."
+    named = [(own, page) for page, keys in PAGES.items() for own in keys if not own or asked.startswith(f"{own}.")]
+    return max(named, key=lambda one: len(one[0]))[1]
 
 
 class CasePage:
@@ -132,7 +134,6 @@ class CasePage:
         self.session, self.name, self.document, self.focus = session, name, document, focus
         self.texts: Texts = page_texts()
         self._inputs: dict[str, Element] = {}
-        self._seen = self._own = document.version if document is not None else 0
         self._listeners: list[Callable[[], object]] = []
         self._shown = -1
         self._head()
@@ -164,8 +165,6 @@ class CasePage:
         except (errors.InputError, OSError) as error:
             ui.notify(message_of(error), type="negative", multi_line=True, timeout=8000)
             return False
-        if self.document is not None:
-            self._own = self.document.version
         return True
 
     async def ask(
@@ -262,11 +261,6 @@ class CasePage:
         case = self.case
         if not ui.context.client.has_socket_connection:
             return
-        if case.version != self._own and case.version != self._seen:
-            self._seen = self._own = case.version
-            ui.navigate.reload()  # another page changed the case
-            return
-        self._seen = case.version
         self._show_state()
         if self._shown != case.version:
             version = case.version

@@ -3,92 +3,79 @@
 from __future__ import annotations
 
 import hmac
-from http.cookies import CookieError, SimpleCookie
 from typing import TYPE_CHECKING
-from urllib.parse import parse_qsl, urlencode, urlsplit
+from urllib.parse import urlsplit
+
+from starlette.datastructures import MutableHeaders
+from starlette.middleware.trustedhost import TrustedHostMiddleware
+from starlette.requests import HTTPConnection
+from starlette.responses import PlainTextResponse, RedirectResponse
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 
 MOST_UPLOADED = 64 << 20
 """Bytes that a request may have: maps of heights and tables of tests are smaller."""
 _LOCAL = ("127.0.0.1", "localhost", "[::1]")
-_POLICY = (
-    "default-src 'self'; img-src 'self' data: blob:; style-src 'self' 'unsafe-inline'; frame-ancestors 'self'; "
-    "script-src 'self' 'unsafe-inline' 'unsafe-eval'; connect-src 'self'; font-src 'self' data:; form-action 'self'; "
-    "base-uri 'self'; object-src 'none'"
-)
-"""No page may ask another machine for anything."""
+_HEADERS = {
+    "content-security-policy": (
+        "default-src 'self'; img-src 'self' data: blob:; style-src 'self' 'unsafe-inline'; frame-ancestors 'self'; "
+        "script-src 'self' 'unsafe-inline' 'unsafe-eval'; connect-src 'self'; font-src 'self' data:; form-action "
+        "'self'; base-uri 'self'; object-src 'none'"
+    ),
+    "x-content-type-options": "nosniff",
+    "referrer-policy": "no-referrer",
+    "cross-origin-resource-policy": "same-origin",
+}
+"""No page may ask another machine for anything, and none of another machine may hold one of these."""
 
 
-class Guard:
-    """Refuses requests without the token, of a foreign origin, for another host, or that are too large.
+def guarded(app: ASGIApp, *, token: str, port: int, hosts: Sequence[str] = ()) -> ASGIApp:
+    """An application that answers to the local names and `hosts` alone ("*": any, as in a container), with the token.
 
-    Parameters
-    ----------
-    app : ASGIApp
-        What is guarded.
-    token : str
-        Stands in the address once; a cookie of this port keeps it.
-    port : int
-        Of the server.
-    hosts : tuple of str
-        Names besides the local ones under which the server may be asked for; "*": any, as in a container.
+    `token` stands in the address once; a cookie of this `port` keeps it.
     """
+    guard = _Guard(app, token, f"fragfield-{port}")
+    return TrustedHostMiddleware(guard, allowed_hosts=[*_LOCAL, *hosts], www_redirect=False)
 
-    def __init__(self, app: ASGIApp, *, token: str, port: int, hosts: tuple[str, ...] = ()) -> None:
-        self._app, self._token, self._cookie = app, token, f"fragfield-{port}"
-        self._hosts = (*_LOCAL, *hosts)
+
+class _Guard:
+    """Refuses requests without the token, of a foreign origin, or that are too large."""
+
+    def __init__(self, app: ASGIApp, token: str, cookie: str) -> None:
+        self._app, self._token, self._cookie = app, token, cookie
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Answer a request, or pass it on."""
         if scope["type"] not in ("http", "websocket"):
             await self._app(scope, receive, send)
             return
-        headers = {name.decode("latin-1").lower(): value.decode("latin-1") for name, value in scope["headers"]}
-        query = dict(parse_qsl(scope.get("query_string", b"").decode("latin-1"), keep_blank_values=True))
-        if (refusal := self._refusal(headers, query)) is not None:
-            await _refuse(scope, receive, send, 403, refusal)
-        elif scope["type"] == "http" and "token" in query:
-            await self._welcome(scope, send, {key: value for key, value in query.items() if key != "token"})
-        elif scope["type"] == "http" and _length(headers) > MOST_UPLOADED:
-            await _refuse(scope, receive, send, 413, f"found more than {MOST_UPLOADED >> 20} MiB in one request")
+        asked = HTTPConnection(scope)
+        if refusal := self._refusal(asked):
+            words = PlainTextResponse(f"fragfield app: {refusal[1]}\n", refusal[0], {"connection": "close"})
+            await words(scope, receive, send)
+        elif scope["type"] == "http" and "token" in asked.query_params:
+            place = asked.url.remove_query_params("token")
+            welcome = RedirectResponse(f"{place.path}?{place.query}" if place.query else place.path, 303)
+            # Strict would keep it from the page that follows here on a click in a chat or a terminal in a browser.
+            welcome.set_cookie(self._cookie, self._token, httponly=True, samesite="lax")
+            await welcome(scope, receive, send)
         else:
             await self._app(scope, _limited(receive), _closed(send))
 
-    def _refusal(self, headers: dict[str, str], query: dict[str, str]) -> str | None:
-        host = headers.get("host", "")
-        if "*" not in self._hosts and host.rsplit(":", 1)[0] not in self._hosts:
-            return f"found the host {host}; this page answers to {self._hosts[0]} alone"
-        origin = headers.get("origin")
-        if origin is not None and urlsplit(origin).netloc != host:
-            return f"found the origin {origin}; only its own pages may ask this server"
-        given = query.get("token") or self._kept(headers.get("cookie", ""))
+    def _refusal(self, asked: HTTPConnection) -> tuple[int, str] | None:
+        """Status and words, or None for a request that may pass."""
+        origin, length = asked.headers.get("origin"), asked.headers.get("content-length", "0")
+        if origin is not None and urlsplit(origin).netloc != asked.headers.get("host"):
+            return 403, f"found the origin {origin}; only its own pages may ask this server"
+        given = asked.query_params.get("token") or asked.cookies.get(self._cookie, "")
         if not hmac.compare_digest(given.encode(), self._token.encode()):
-            return "the token in the address is missing or wrong; open the address that fragfield app printed"
+            return 403, "the token in the address is missing or wrong; open the address that fragfield app printed"
+        if len(length) > 18 or not length.isdigit() or int(length) > MOST_UPLOADED:
+            return 413, f"found more than {MOST_UPLOADED >> 20} MiB in one request"
         return None
-
-    def _kept(self, cookies: str) -> str:
-        try:
-            found = SimpleCookie(cookies).get(self._cookie)
-        except CookieError:
-            return ""
-        return found.value if found is not None else ""
-
-    async def _welcome(self, scope: Scope, send: Send, query: dict[str, str]) -> None:
-        """Keep the token in a cookie, and out of the address from now on."""
-        place = scope["path"] + (f"?{urlencode(query)}" if query else "")
-        # Strict would keep it from the page that follows here on a click in a chat or a terminal in a browser.
-        cookie = f"{self._cookie}={self._token}; Path=/; HttpOnly; SameSite=Lax"
-        headers = [(b"location", place.encode("latin-1", "replace")), (b"set-cookie", cookie.encode("latin-1"))]
-        await send({"type": "http.response.start", "status": 303, "headers": headers})
-        await send({"type": "http.response.body", "body": b""})
-
-
-def _length(headers: dict[str, str]) -> int:
-    text = headers.get("content-length", "0")
-    return int(text) if text.isdigit() and len(text) < 19 else (0 if not text else MOST_UPLOADED + 1)
 
 
 def _limited(receive: Receive) -> Receive:
@@ -109,22 +96,9 @@ def _closed(send: Send) -> Send:
 
     async def closed(message: Message) -> None:
         if message["type"] == "http.response.start":
-            own = {name.lower() for name, _ in message["headers"]}
-            more = ((b"content-security-policy", _POLICY.encode()), (b"x-content-type-options", b"nosniff"),
-                    (b"referrer-policy", b"no-referrer"),
-                    (b"cross-origin-resource-policy", b"same-origin"))  # fmt: skip
-            message["headers"] = [*message["headers"], *(one for one in more if one[0] not in own)]
+            headers = MutableHeaders(scope=message)
+            for name, value in _HEADERS.items():
+                headers.setdefault(name, value)
         await send(message)
 
     return closed
-
-
-async def _refuse(scope: Scope, receive: Receive, send: Send, status: int, words: str) -> None:
-    if scope["type"] == "websocket":
-        await receive()
-        await send({"type": "websocket.close", "code": 1008})
-        return
-    headers = [(b"content-type", b"text/plain; charset=utf-8"), (b"x-content-type-options", b"nosniff"),
-               (b"connection", b"close")]  # fmt: skip
-    await send({"type": "http.response.start", "status": status, "headers": headers})
-    await send({"type": "http.response.body", "body": f"fragfield app: {words}\n".encode()})

@@ -15,7 +15,7 @@ from urllib.parse import quote, urlencode
 from starlette.responses import FileResponse, PlainTextResponse
 
 from fragfield.app.document import Session
-from fragfield.app.security import Guard
+from fragfield.app.security import guarded
 from fragfield.app.workspace import Workspace
 from fragfield.errors import InputError, message_of
 
@@ -143,7 +143,7 @@ def application(session: Session, *, token: str, port: int, hosts: tuple[str, ..
         language="en-US",
     )  # fmt: skip
     _keep_faults(session)
-    app.add_middleware(Guard, token=token, port=port, hosts=hosts)
+    app.add_middleware(guarded, token=token, port=port, hosts=hosts)
     return app
 
 

@@ -146,15 +146,15 @@ def _arena(folder: Path) -> Mapping[str, Any]:
 
 
 def _history(folder: Path) -> Mapping[str, Any]:
-    from fragfield.report import read_run
+    from fragfield.interface.results import Run
 
-    return read_run(folder).history
+    return Run(folder).history
 
 
 def _along(folder: Path) -> Mapping[str, Any]:
-    from fragfield.report import read_run
+    from fragfield.interface.results import Run
 
-    rounds = read_run(folder).rounds
+    rounds = Run(folder).rounds
     if not rounds:
         return {}
     joined = np.concatenate([one.along for one in rounds])

@@ -19,9 +19,9 @@ from fragfield.quantities import shown
 from fragfield.results.summary import Summary, read_summary
 from fragfield.results.words import (
     basis_words,
+    headline,
     margin_metres,
     metres,
-    parts_words,
     ricochet_words,
     rounded_metres,
     single_note,
@@ -157,11 +157,9 @@ def convergence_words(part: Convergence) -> list[str]:
 def _hazard(hazard: Hazard) -> Iterator[str | Table]:
     """The recommended distance, its parts, and beside it what single events do."""
     yield f"attitude: {attitude_words(hazard.attitude)}"
+    yield headline(hazard).lines
     if not hazard.determined:
-        yield f"recommended distance: not determined\n  {hazard.reason}"
         return
-    yield f"recommended distance {metres(hazard.recommended)}"
-    yield f"  {parts_words(hazard)}"
     yield f"  {source_words(hazard)}; {basis_words(hazard)}"
     others = ricochet_words(hazard).partition(";")[0]
     short = metres(hazard.without_ricochet.recommended)

@@ -2,30 +2,27 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import pytest
 
 from fragfield.case import load_case
 from fragfield.case.problem import burst_geometry
 from fragfield.report.findings import evidence
-from fragfield.report.reading.run_files import RunFiles
 from fragfield.results.summary import Summary
 from tests.fragfield.example_results import example
 from tests.fragfield.plain_reports import plain_report
-from tests.fragfield.synthetic_run import write_run
+from tests.fragfield.synthetic_run import run_of, write_run
 from validation.record import EVIDENCE, read_record, write_evidence
 from validation.runs import ROOT
 
 
-def run_of(version="0.1.0", revision="", **others):
-    return RunFiles(Path(), provenance={"program_version": version, "revision": revision}, **others)
+def checked_by(version="0.1.0", revision="", **others):
+    return run_of(provenance={"program_version": version, "revision": revision}, **others)
 
 
 def ready(name):
     """A run of one of the cases that come with the program, as far as the evidence looks at it."""
     case = load_case(ROOT / "cases" / f"{name}.toml")
-    return run_of(case=case, geometry=burst_geometry(case).geometry)
+    return run_of(values=case, summary=example(Summary, burst={"geometry": burst_geometry(case).geometry}))
 
 
 @pytest.mark.parametrize(
@@ -44,7 +41,7 @@ def test_checks_are_those_of_the_run_only_from_the_same_clean_source(
 ):
     known = {"checks": [1, 3], "versions": ["0.1.0"], "revisions": recorded, "comparisons": []}
     monkeypatch.setattr(evidence, "evidence", lambda: known)
-    found, text = evidence.validation_words(run_of(version, revision))
+    found, text = evidence.validation_words(checked_by(version, revision))
     assert found == weight
     assert text.startswith("Validation: 1 of 3 checks passed")
     assert words in text

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from nicegui import run, ui
 
 from fragfield.app.forms import entries_form, form
-from fragfield.app.page import box, facts, fold, heading, html, note
+from fragfield.app.page import PAGES, box, facts, fold, heading, html, note
 from fragfield.app.pages.run import checked, kilograms
 from fragfield.numbers import number
 from fragfield.report.figures.arrangement import plan_svg
@@ -36,9 +36,10 @@ def content(page: CasePage) -> None:
             for index, entry in enumerate(page.case.get(("round",), [])):
                 name = entry.get("name", index + 1) if isinstance(entry, dict) else index + 1
                 heading(f"{texts('arrangement.attitude')}: {name}", 3)
-                form(page, ("round", index), only=("attitude", "azimuth", "base", "position", "axis"))
+                own = [key.removeprefix("round.") for key in PAGES["arrangement"] if key.startswith("round.")]
+                form(page, ("round", index), only=[key for key in own if not key.startswith("i")])
                 with fold(texts("arrangement.initiation"), opened=page.focus.startswith(f"round[{index + 1}].i")):
-                    form(page, ("round", index), only=("ignition", "initiation"))
+                    form(page, ("round", index), only=[key for key in own if key.startswith("i")])
             heading(texts("arrangement.planes"))
             entries_form(page, ("plane",))
         with box(tag="section"):

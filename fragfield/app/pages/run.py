@@ -26,7 +26,6 @@ if TYPE_CHECKING:
 
 PRESETS = {"quick": (13, "off", 8), "standard": (26, "standard", None), "final": (39, "final", 100)}
 """Cells across the largest diameter, grid convergence and fewest realisations (None: the default) of each preset."""
-_FOLDED = ("burst", "break_up", "flight", "hazard", "witness", "uncertainty", "document")
 _DONE = re.compile(r": ([a-z-]+): done in ([\d.]+) s")
 _LOOK = 1.0  # s between looks at the run
 
@@ -166,7 +165,7 @@ def _tables(page: CasePage) -> None:
     if page.case.get(("burst",)) is not None:
         form(page, ("burst",), only=("cell_size", "convergence", "geometry", "end_time"))
     for entry in fields_of(()):
-        if entry.name in _FOLDED:
+        if entry.form in ("table", "tables") and page_of(entry.name) == "run":
             folded(page, (entry.name,), entry, without=("ground",) if entry.name == "flight" else ())
     with fold(page.texts("run.text")):
         _source(page)

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from burst_fenicsx.geometry import Profile
     from fragfield.case import CaseTable
-    from fragfield.report.reading.run_files import RunFiles
+    from fragfield.interface.results import Run
 
 
 _STATIONS, _AROUND = 41, 36  # of a round's surface
@@ -144,10 +144,10 @@ def _hull(points: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.asarray(points[ConvexHull(points).vertices])
 
 
-def _plan(run: RunFiles, vertical: int, title: str) -> str | None:
-    if run.case is None or run.fragments_file is not None or not run.case.round:
+def _plan(run: Run, vertical: int, title: str) -> str | None:
+    if run.values is None or run.fragments_file is not None or not run.values.round:
         return None
-    return svg_file(plan_svg(run.case, vertical, title)) or None
+    return svg_file(plan_svg(run.values, vertical, title)) or None
 
 
 for _name, _title, _vertical in (("plan", "Plan, from above", 1), ("elevation", "Elevation, seen along +y", 2)):

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from burst_fenicsx.geometry.contour import Contour
     from burst_fenicsx.problem import Round
     from fragfield.case import CaseTable
-    from fragfield.report.reading.run_files import RunFiles
+    from fragfield.interface.results import Run
 
 
 DRAWINGS = ("drawing_1", "drawing_2", "drawing_3", "plan", "elevation")
@@ -292,16 +292,16 @@ def svg_file(svg: str) -> str:
     )
 
 
-def _drawing(run: RunFiles, at: int) -> str | None:
+def _drawing(run: Run, at: int) -> str | None:
     """The drawing of a run's different round of that number; None where there is none, or it has no contour."""
-    rounds = drawn_rounds(run.case) if run.case is not None and run.fragments_file is None else []
-    if run.case is None or at >= len(rounds) or rounds[at].profile is None:
+    rounds = drawn_rounds(run.values) if run.values is not None and run.fragments_file is None else []
+    if run.values is None or at >= len(rounds) or rounds[at].profile is None:
         return None
-    return draw_round(rounds[at], expected_masses(run.case)[at])
+    return draw_round(rounds[at], expected_masses(run.values)[at])
 
 
-def _name_of(run: RunFiles, at: int) -> str:
-    return "" if run.case is None else f"Drawing of {drawn_rounds(run.case)[at].name}"
+def _name_of(run: Run, at: int) -> str:
+    return "" if run.values is None else f"Drawing of {drawn_rounds(run.values)[at].name}"
 
 
 for _at, _name in enumerate(DRAWINGS[:3]):

@@ -11,7 +11,7 @@ from fragfield.report.findings.finding import Finding
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from fragfield.report.reading.run_files import RunFiles
+    from fragfield.interface.results import Run
     from fragfield.results.break_up import FragmentTest, MeanMass
 
 
@@ -19,7 +19,7 @@ _REJECTED = 0.05  # of probability; the break-up widens the standard error there
 _COMPLETE = (0.8, 1.05)  # mass of the pieces over that of the law in the same range
 
 
-def break_up_findings(run: RunFiles) -> Iterator[Finding]:
+def break_up_findings(run: Run) -> Iterator[Finding]:
     """Mass, momentum and energy of the fragments against the burst, and how well the mean mass is known."""
     if (broken := run.summary.break_up) is None:
         return

@@ -11,7 +11,7 @@ from fragfield.report.findings.finding import Finding
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from fragfield.report.reading.run_files import RunFiles
+    from fragfield.interface.results import Run
     from fragfield.results.burst import Burst
 
 
@@ -27,19 +27,19 @@ _OVERLAPS = (
 )
 
 
-def _limit(run: RunFiles) -> tuple[float, str]:
+def _limit(run: Run) -> tuple[float, str]:
     """Imbalance of energy above which a burst is not to be used, and its words.
 
     That at which the burst stops, `burst.energy_tolerance`, but never more than 5 %: a tolerance that was raised so
     that a run ends does not make its numbers right.
     """
-    tolerance = run.case.burst.energy_tolerance if run.case is not None and run.case.burst is not None else 1.0
+    tolerance = run.values.burst.energy_tolerance if run.values is not None and run.values.burst is not None else 1.0
     if tolerance < _MOST_IMBALANCE:
         return tolerance, f"above {number(100 * tolerance, 2)} % (`burst.energy_tolerance`)"
     return _MOST_IMBALANCE, f"above {100 * _MOST_IMBALANCE:g} %"
 
 
-def ledger_findings(run: RunFiles) -> Iterator[Finding]:
+def ledger_findings(run: Run) -> Iterator[Finding]:
     """How well the energy ledger closes, and what the products gave."""
     if (burst := run.summary.burst) is None:
         return
@@ -90,7 +90,7 @@ def _energy_of_contact(burst: Burst, limit: float, above: str) -> Iterator[Findi
         yield Finding("good", f"{text} (aim: 1 %).")
 
 
-def _hourglass(run: RunFiles) -> Iterator[Finding]:
+def _hourglass(run: Run) -> Iterator[Finding]:
     """Whether the control of hourglass modes, no physics, took a share of the work that shows in the speeds."""
     taken, work = (run.history.get(name) for name in ("hourglass", "products_work"))
     if taken is None or work is None or not len(work) or not work[-1] > 0.0:
@@ -104,7 +104,7 @@ def _hourglass(run: RunFiles) -> Iterator[Finding]:
         )
 
 
-def burst_findings(run: RunFiles) -> Iterator[Finding]:
+def burst_findings(run: Run) -> Iterator[Finding]:
     """Lost and folded cells, torn metal, thin walls, contact, and an end of the burst that comes too early."""
     if (burst := run.summary.burst) is None:
         return
@@ -181,15 +181,13 @@ def _unreacted(burst: Burst) -> Iterator[Finding]:
             )
 
 
-def _contact_findings(run: RunFiles, burst: Burst) -> Iterator[Finding]:
+def _contact_findings(run: Run, burst: Burst) -> Iterator[Finding]:
     """How far surfaces in contact overlap, and whether rounds are in contact at all."""
     overlaps = [(words, float(getattr(burst.contact, name)), aim) for name, words, aim in _OVERLAPS]
-    size = run.cell_size
-    if run.case is not None and not run.case.plane:
+    size = burst.cell_size
+    if run.values is not None and not run.values.plane:
         own = "a plane of symmetry (found by the program)"
         overlaps = [(words.replace("a plane", own), value, aim) for words, value, aim in overlaps]
-    if not size:
-        return
     deep = [(words, value / size, aim) for words, value, aim in overlaps if value > aim * size]
     for words, share, aim in deep:
         yield Finding("warning", f"{words} by up to {100 * share:.1f} % of a cell; {100 * aim:g} % is the aim.")
@@ -198,9 +196,9 @@ def _contact_findings(run: RunFiles, burst: Burst) -> Iterator[Finding]:
         yield Finding("good", f"Surfaces in contact overlap by at most {100 * largest:.2g} % of a cell.")
 
 
-def _passed_findings(run: RunFiles, burst: Burst) -> Iterator[Finding]:
+def _passed_findings(run: Run, burst: Burst) -> Iterator[Finding]:
     """Whether metal of the casings has passed through planes or into other rounds."""
-    if run.case is None or not (run.case.plane or len(run.case.round) > 1):
+    if run.values is None or not (run.values.plane or len(run.values.round) > 1):
         return
     passed = burst.passed_through
     planes, rounds = passed.largest_beyond_planes, passed.largest_in_other_rounds

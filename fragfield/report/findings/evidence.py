@@ -13,7 +13,7 @@ from fragfield_base.substances import substance_key
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from fragfield.report.reading.run_files import RunFiles
+    from fragfield.interface.results import Run
 
 
 @cache
@@ -22,13 +22,14 @@ def evidence() -> dict[str, Any]:
     return dict(json.loads((resources.files("fragfield") / "data" / "evidence.json").read_text(encoding="utf-8")))
 
 
-def subjects_of(run: RunFiles) -> set[str]:
+def subjects_of(run: Run) -> set[str]:
     """What a run has, in the words of the comparisons."""
-    found, case = {"flight"}, run.case
-    if "burst" not in run.stages or case is None or case.burst is None:
+    found, case = {"flight"}, run.values
+    if "burst" not in run.expected_stages or case is None or case.burst is None:
         return found
     found |= {"burst", "break_up", f"products:{case.burst.products}"}
-    found.add("meridian" if run.is_axisymmetric else "three dimensions")
+    meridian = run.summary.burst is not None and run.summary.burst.geometry == "axisymmetric"
+    found.add("meridian" if meridian else "three dimensions")
     if len(case.round) > 1 or any(plane.kind == "symmetry" for plane in case.plane):
         found |= {"stack", "collision"}
     if case.plane:
@@ -40,14 +41,14 @@ def subjects_of(run: RunFiles) -> set[str]:
     return found
 
 
-def bearing(run: RunFiles) -> list[Mapping[str, Any]]:
+def bearing(run: Run) -> list[Mapping[str, Any]]:
     """Comparisons whose subjects a run has all: of what only such runs have first, then the nearest to a distance."""
     own = subjects_of(run)
     return sorted((row for row in evidence()["comparisons"] if set(row["subjects"]) <= own),
                   key=lambda row: -len(row["subjects"]))  # fmt: skip
 
 
-def validation_words(run: RunFiles) -> tuple[Literal["warning", "note", "good"], str]:
+def validation_words(run: Run) -> tuple[Literal["warning", "note", "good"], str]:
     """The weight and the words of what the checks mean for a run."""
     (passed, judged), versions, revisions = (evidence()[key] for key in ("checks", "versions", "revisions"))
     version, revision = (run.provenance.get(key, "") for key in ("program_version", "revision"))

@@ -12,8 +12,8 @@ from fragfield.report.findings.finding import Finding
 from fragfield.report.findings.hazard import convergence_findings, flight_findings, imprint_findings
 
 if TYPE_CHECKING:
+    from fragfield.interface.results import Run
     from fragfield.report.findings.finding import Weight
-    from fragfield.report.reading.run_files import RunFiles
 
 
 _ORDER: dict[Weight, int] = {"stop": 0, "warning": 1, "note": 2, "good": 3}
@@ -21,7 +21,7 @@ _JUDGED = {"certainty", "contact_energy", "drag_table", "no_end", "passed_throug
 """Codes of recorded warnings whose matter is judged here from numbers."""
 
 
-def findings(run: RunFiles) -> list[Finding]:
+def findings(run: Run) -> list[Finding]:
     """All findings of a run, the gravest first."""
     found = [
         *_stages(run),
@@ -37,16 +37,16 @@ def findings(run: RunFiles) -> list[Finding]:
     return sorted(found, key=lambda item: _ORDER[item.weight])
 
 
-def _stages(run: RunFiles) -> list[Finding]:
+def _stages(run: Run) -> list[Finding]:
     if not run.missing:
         return []
     names = ", ".join(run.missing)
     return [Finding("warning", f"Not yet run: {names}. Results that depend on it are missing below.")]
 
 
-def _recorded(run: RunFiles) -> list[Finding]:
+def _recorded(run: Run) -> list[Finding]:
     """What the case is unusual in, and what the stages warned of, each once."""
-    found = list(doubts(run.case, burst=run.fragments_file is None)) if run.case is not None else []
+    found = list(doubts(run.values, burst=run.fragments_file is None)) if run.values is not None else []
     found += [one.text for one in run.summary.findings if one.code not in _JUDGED]
     return [Finding("warning", _sentence(text)) for text in dict.fromkeys(found)]
 

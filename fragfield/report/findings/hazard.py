@@ -15,7 +15,7 @@ from fragfield.results.words import certainty
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from fragfield.report.reading.run_files import RunFiles
+    from fragfield.interface.results import Run
     from fragfield.results.hazard import Hazard
 
 
@@ -30,7 +30,7 @@ _ADVICE = {
 _MOST_TOLERANCES = 3.0  # of hazard.tolerance, that the cells may add
 
 
-def flight_findings(run: RunFiles) -> Iterator[Finding]:
+def flight_findings(run: Run) -> Iterator[Finding]:
     """Certainty of the distance, and fragments outside the drag table or still in the air."""
     if run.summary.hazard:
         yield from _certainty(run.summary.hazard)
@@ -71,7 +71,7 @@ def _certainty(hazard: Hazard) -> Iterator[Finding]:
         yield Finding("note", text)
 
 
-def convergence_findings(run: RunFiles) -> Iterator[Finding]:
+def convergence_findings(run: Run) -> Iterator[Finding]:
     """How far the cells, apart from randomness, leave the expected distance open."""
     found, hazard = run.summary.convergence, run.summary.hazard
     if found is None or hazard is None or not hazard.determined:
@@ -90,9 +90,9 @@ def convergence_findings(run: RunFiles) -> Iterator[Finding]:
         yield Finding("good", f"{text} (grid convergence, in addition to its statistical error).")
 
 
-def imprint_findings(run: RunFiles) -> Iterator[Finding]:
+def imprint_findings(run: Run) -> Iterator[Finding]:
     """Numbers that differ between neighbouring sectors far more than randomness explains: the mesh may show."""
-    for witness in run.witnesses:
+    for witness in run.summary.witness or ():
         hits = np.array([sector.hits for sector in witness.by_azimuth], dtype=float)
         if len(hits) < 12 or hits.mean() < 5:
             continue

@@ -15,8 +15,8 @@ from fragfield.results.words import PARTS
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
+    from fragfield.interface.results import Run
     from fragfield.report.findings.finding import Finding
-    from fragfield.report.reading.run_files import RunFiles
 
 
 _EACH = 3
@@ -25,14 +25,14 @@ _DIFFERS = {"m107_1944": "; counted over the whole sphere without gravity: besid
 """How the quantity of a study differs from that of a run."""
 
 
-def reasons_for(run: RunFiles) -> list[str]:
+def reasons_for(run: Run) -> list[str]:
     """Checks that passed: validation by measurement, grid, number of realisations, energy."""
     checks = chain(convergence_findings(run), flight_findings(run), ledger_findings(run), burst_findings(run))
     passed = (item.text for item in checks if item.weight == "good")
     return _three(chain(islice(_measured(run, close=True), 1), passed))
 
 
-def reasons_against(run: RunFiles, found: Sequence[Finding]) -> list[str]:
+def reasons_against(run: Run, found: Sequence[Finding]) -> list[str]:
     """What was found wrong or doubtful, the gravest first; then missed checks of the validation and limits."""
     grave = [item.text for item in found if item.weight in ("stop", "warning")]
     more = len(grave) - _EACH
@@ -53,13 +53,13 @@ def _first_sentence(text: str) -> str:
     return f"{head}." if point else text
 
 
-def _fitting(run: RunFiles) -> list[Mapping[str, Any]]:
+def _fitting(run: Run) -> list[Mapping[str, Any]]:
     """Comparisons that bear on the run; a single round says nothing of what neighbours do to each other."""
     several = many_rounds(run)
     return [row for row in bearing(run) if not several or {"stack", "collision"}.intersection(row["subjects"])]
 
 
-def _measured(run: RunFiles, *, close: bool) -> Iterator[str]:
+def _measured(run: Run, *, close: bool) -> Iterator[str]:
     """By study, of those with all comparisons `close` or of the others: that of the median error, and the largest."""
     rows = _fitting(run)
     for study in dict.fromkeys(row["case"] for row in rows):
@@ -73,7 +73,7 @@ def _measured(run: RunFiles, *, close: bool) -> Iterator[str]:
         )
 
 
-def _missed(run: RunFiles) -> Iterator[str]:
+def _missed(run: Run) -> Iterator[str]:
     """Comparisons outside the test's own uncertainty, the farthest first."""
     missed = [row for row in _fitting(run) if row["tolerance"] and abs(row["error"]) > row["tolerance"]]
     for row in sorted(missed, key=lambda row: -abs(row["error"]) / row["tolerance"]):
@@ -84,7 +84,7 @@ def _missed(run: RunFiles) -> Iterator[str]:
         )
 
 
-def _left_out(run: RunFiles) -> Iterator[str]:
+def _left_out(run: Run) -> Iterator[str]:
     """Parts of the recommended distance that are not known."""
     for name, why in run.summary.hazard.not_included.items() if run.summary.hazard else ():
         yield f"The recommended distance does not include the part “{PARTS[name]}”: {why}."

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from fragfield.case import CaseTable
-    from fragfield.report.reading.run_files import RunFiles
+    from fragfield.interface.results import Run
 
 
 _MEANS = {
@@ -20,7 +20,7 @@ _MEANS = {
 }
 
 
-def summary_terms(run: RunFiles) -> str:
+def summary_terms(run: Run) -> str:
     """What the recommended distance and its parts are; nothing before there is one."""
     criteria, hazard = run.criteria, run.summary.hazard
     if hazard is None:
@@ -49,12 +49,12 @@ def summary_terms(run: RunFiles) -> str:
     return f"{text}Distances are measured from the origin given in the case."
 
 
-def limits(run: RunFiles) -> tuple[str, ...]:
+def limits(run: Run) -> tuple[str, ...]:
     """What the result does not cover: only what holds for the case at hand."""
     return tuple(_limits(run))
 
 
-def _limits(run: RunFiles) -> Iterator[str]:
+def _limits(run: Run) -> Iterator[str]:
     yield (
         "Fragments of the casings only: no blast, heat or ground shock, no debris of buildings, vehicles or soil, no "
         "secondary fragments."
@@ -72,11 +72,11 @@ def _limits(run: RunFiles) -> Iterator[str]:
             "Landings, densities, hits on witness surfaces and tables by azimuth are those of that attitude, nose to "
             "azimuth 0."
         )
-    if run.case is not None:
-        yield from _of_flight(run.case, several=many_rounds(run))
+    if run.values is not None:
+        yield from _of_flight(run.values, several=many_rounds(run))
 
 
-def _of_burst(run: RunFiles) -> Iterator[str]:
+def _of_burst(run: Run) -> Iterator[str]:
     if many_rounds(run):
         yield (
             "Every round is assumed to detonate as specified in the case; whether and when neighbours are "
@@ -139,11 +139,11 @@ def _names_of_obstacles(case: CaseTable) -> str:
     return ", ".join(names) if len(names) <= 6 else f"{', '.join(names[:6])} and {len(names) - 6} more"
 
 
-def many_rounds(run: RunFiles) -> bool:
+def many_rounds(run: Run) -> bool:
     """Whether several rounds burst, those behind planes of symmetry among them."""
-    if run.case is None:
+    if run.values is None:
         return len(run.rounds) > 1
-    return len(run.case.round) > 1 or any(plane.kind == "symmetry" for plane in run.case.plane)
+    return len(run.values.round) > 1 or any(plane.kind == "symmetry" for plane in run.values.plane)
 
 
 MAY_BE_USED_FOR = (
