@@ -9,7 +9,7 @@ from urllib.parse import urlencode
 from nicegui import run, ui
 
 from fragfield.app.document import steps_of
-from fragfield.app.fields import page_texts
+from fragfield.app.forms import page_texts
 from fragfield.case.faults import Fault
 from fragfield.case.keys import key_path
 from fragfield.errors import message_of
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from nicegui.element import Element
 
     from fragfield.app.document import CaseDocument, Session
-    from fragfield.app.fields import Texts
+    from fragfield.app.forms import Texts
 
 
 class Raw(str):
@@ -275,7 +275,6 @@ class CasePage:
                     await found
 
     def _show_state(self) -> None:
-        """Whether the case is saved, or was changed by another program."""
         case, texts = self.case, self.texts
         self._state.set_text(texts("case.draft") if case.is_draft else texts("case.unchanged"))
         self._save.set_enabled(case.is_draft)
@@ -309,7 +308,6 @@ class CasePage:
                     ui.label(fault.words)
 
     def _nearest(self, key: str) -> str:
-        """The bound key at or above a key."""
         while key and key not in self._inputs:
             key = key.rpartition(".")[0] if "." in key else (key.partition("[")[0] if "[" in key else "")
         return key

@@ -10,7 +10,7 @@ import numpy as np
 from pydantic import TypeAdapter, ValidationError
 
 import fragfield
-from fragfield.app.fields import shown
+from fragfield.app.forms import shown
 from fragfield.case.conversion.exposed_sites import outline_of, rectangle
 from fragfield.case.tables.surroundings import ObstacleTable
 from fragfield.errors import InputError
@@ -29,7 +29,6 @@ _POINTS = {"exposed": ("points", "points_on_earth"), "obstacle": ("start", "end"
 
 
 def _value(text: object, unit: str) -> float | None:
-    """A value of the draft in SI; None for what is none."""
     try:
         measure = read_measure(shown(text))
     except UnitError:
@@ -86,7 +85,6 @@ Handle = tuple[tuple[str | int, ...], tuple[float, float]]
 
 
 def _handles(case: CaseDocument, table: str, index: int, entry: dict[str, Any]) -> Iterator[Handle]:
-    """The marks of an entry: its position, or the points of its line."""
     at = (table, index)
     if table == "obstacle":
         for name in _POINTS["obstacle"]:
@@ -178,7 +176,6 @@ def _shape(table: str, entry: dict[str, Any], name: str, marks: list[tuple[float
 
 
 def _terrain(case: CaseDocument, shapes: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Lines of equal height around what is drawn, of a case without faults."""
     from fragfield.case.conversion.surroundings import ground_of
     from fragfield.hazard.site_map import Shape, extent_of, terrain_lines
 

@@ -169,7 +169,6 @@ def _plain(value: object) -> Any:  # noqa: ANN401 - of HDF5
 
 
 def _strings(table: NDArray[Any]) -> NDArray[Any]:
-    """Decode the variable-length strings that h5py returns as bytes."""
     for name in table.dtype.names or ():
         if table.dtype[name].kind == "O":
             table[name] = [item.decode() if isinstance(item, bytes) else item for item in table[name]]

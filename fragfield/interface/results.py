@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from fragfield.case.tables.site import DocumentTable
     from fragfield.interface.burst import Burst, RoundTables
     from fragfield.interface.tables import Table
-    from fragfield.report.findings.finding import Finding
+    from fragfield.report.findings import Finding
     from fragfield.results.hazard import DistanceParts, Hazard, WithoutRicochet
     from fragfield.results.rules import DistanceToApply, Official
     from fragfield.results.site import ExposedSite
@@ -166,7 +166,7 @@ class Run:
 
     @cached_property
     def _findings(self) -> list[Finding]:
-        from fragfield.report.findings.findings import findings
+        from fragfield.report.findings import findings
 
         return findings(self)
 

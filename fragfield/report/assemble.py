@@ -59,8 +59,6 @@ _LONGEST_NUMBER = 18  # characters of a cell: "1,017.4 ± 4.0", "12,345 – 23,4
 
 @dataclass(frozen=True)
 class _Illustration:
-    """A figure of the page with its data URI, or why there is none."""
-
     name: str
     title: str
     caption: str
@@ -114,7 +112,6 @@ def write_uncertainty_page(folder: Path, run_directory: Path, found: Uncertainty
 
 
 def _write(run: Run, target: Path, sections: Sequence[Section], names: Sequence[str], *, pictures: bool) -> str:
-    """Draw, render and write a page; the time at which it was written."""
     written = datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC")
     try:
         drawn = _draw(run, target.parent / "figures", names, pictures=pictures)
@@ -126,7 +123,6 @@ def _write(run: Run, target: Path, sections: Sequence[Section], names: Sequence[
 
 
 def _draw(run: Run, folder: Path, names: Sequence[str], *, pictures: bool) -> dict[str, _Illustration]:
-    """The figures that there is data for, each kept as a file as well."""
     folder.mkdir(parents=True, exist_ok=True)
     drawing: AbstractContextManager[Callable[[], str]] = _pictures(run, folder) if pictures else nullcontext(lambda: "")
     found = {}
@@ -155,7 +151,7 @@ def _pictures(run: Run, folder: Path) -> Iterator[Callable[[], str]]:
         yield lambda: fault
         return
     paths = (str(run.path.absolute()), str(folder.absolute()))
-    with start_function("fragfield.view.pictures", "draw_beside", *paths, stderr=subprocess.PIPE) as process:
+    with start_function("fragfield.view", "draw_beside", *paths, stderr=subprocess.PIPE) as process:
 
         def finish() -> str:
             words = process.communicate()[1].decode(errors="replace").strip().splitlines()
@@ -247,14 +243,12 @@ def _worded(lines: Sequence[Sequence[str]]) -> list[bool]:
 
 
 def _few(value: float | None) -> str:
-    """Two digits, however small."""
     if value is None:
         return "–"
     return "0" if value <= 0.0 else number(float(f"{value:.2g}"), 2)
 
 
 def _bounded(value: Estimate | Probability | None, scale: float = 1.0) -> str:
-    """An expected value and its upper bound."""
     if value is None or value.expected is None or value.upper is None:
         return "–"
     return f"{_few(scale * value.expected)};{SPACE}{_few(scale * value.upper)}"

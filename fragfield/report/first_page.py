@@ -47,7 +47,6 @@ def what_was_computed(run: Run) -> Iterator[Row]:
 
 
 def _rounds(run: Run) -> Iterator[Row]:
-    """Round, fill and casing, each kind once."""
     kinds: dict[tuple[str, str, str], list[str]] = {}
     for item in run.rounds:
         casing, charge = number(item.casing_mass, 3), number(item.charge_mass, 3)

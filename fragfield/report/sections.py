@@ -16,12 +16,11 @@ from fragfield.hazard.verdict import exposed_rounds
 from fragfield.numbers import SPACE, UNKNOWN, Row, number, row
 from fragfield.pipeline.grid_convergence import KINDS
 from fragfield.quantities import shown
+from fragfield.report import evidence, statements
 from fragfield.report.figures.site import site_shapes
-from fragfield.report.findings import evidence, statements
-from fragfield.report.findings.break_up import counted_groups
-from fragfield.report.findings.findings import findings
-from fragfield.report.findings.reasons import reasons_against, reasons_for
+from fragfield.report.findings import counted_groups, findings
 from fragfield.report.first_page import what_was_computed
+from fragfield.report.statements import reasons_against, reasons_for
 from fragfield.report.study import of_distance, study
 from fragfield.results.part import to_json
 from fragfield.results.words import basis_words, distances, headline, metres_and_error, whole_metres
@@ -77,7 +76,6 @@ _MOST_SITES = 8  # that the first page shows
 
 @section("decision", "Decision")
 def _decision(run: Run) -> dict[str, Any]:
-    """The page on which a decision is taken and signed."""
     entries = sorted(run.summary.exposed or (), key=lambda one: _GRAVEST.index(one.verdict))
     left, to_apply = len(entries) - _MOST_SITES, run.summary.distance_to_apply
     return {
@@ -95,7 +93,6 @@ def _decision(run: Run) -> dict[str, Any]:
 
 
 def _decided(run: Run) -> Iterator[tuple[str, str, str, str]]:
-    """The distance to apply, and the computed one with its parts in one line."""
     if part := run.summary.distance_to_apply:
         yield "Distance to apply", part.distances, "", ""
     hazard, shown = run.summary.hazard, headline(run.summary.hazard)
@@ -319,7 +316,6 @@ def _validation(run: Run) -> dict[str, Any]:
 
 @section("provenance", "Versions and files", annex=True)
 def _provenance(run: Run) -> dict[str, Any]:
-    """Program, versions, seed, date, and the fingerprints of the files."""
     known = {
         "program": "Program", "program_version": "Version", "revision": "Revision", "date": "Date (UTC)",
         "seed": "Seed", "platform": "Platform",
@@ -349,7 +345,6 @@ def _inputs(run: Run) -> dict[str, Any]:
 
 @section("attitudes", "Distance by attitude", annex=True)
 def _attitudes(run: Run) -> dict[str, Any] | None:
-    """The distance in every attitude that was flown; of mixed attitudes alone."""
     curve = run.summary.hazard.attitude.curve if run.summary.hazard else ()
     if not curve:
         return None

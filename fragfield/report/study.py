@@ -76,7 +76,6 @@ def _places(found: UncertaintyResult) -> Iterator[tuple[str, ...]]:
 
 
 def _uncertain_inputs(found: UncertaintyResult) -> Iterator[Row]:
-    """What is uncertain, and where that comes from, in running text."""
     for entry in found.inputs:
         more = f" and {len(entry.keys) - 2} more" if len(entry.keys) > 2 else ""
         words, source = (text[:1].upper() + text[1:] for text in (_APPLIES[entry.applies] + entry.words, entry.source))

@@ -6,7 +6,7 @@ import asyncio
 
 import pytest
 
-from fragfield.app.security import MOST_UPLOADED, guarded
+from fragfield.app.server import MOST_UPLOADED, guarded
 
 TOKEN, HOST = "a" * 32, "127.0.0.1:8123"
 

@@ -6,7 +6,7 @@ import pytest
 
 from fragfield.case import load_case
 from fragfield.case.problem import burst_geometry
-from fragfield.report.findings import evidence
+from fragfield.report import evidence
 from fragfield.results.summary import Summary
 from tests.fragfield.example_results import example
 from tests.fragfield.plain_reports import plain_report

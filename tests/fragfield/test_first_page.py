@@ -20,8 +20,8 @@ from fragfield.hazard.verdict import part_text
 from fragfield.interface.results import Run
 from fragfield.report.figures.drawing import drawing_style, new_figure, plain_name
 from fragfield.report.figures.registered import FIGURES
-from fragfield.report.findings.hazard import convergence_findings
-from fragfield.report.findings.reasons import reasons_for
+from fragfield.report.findings import convergence_findings
+from fragfield.report.statements import reasons_for
 from fragfield.results.convergence import Convergence
 from fragfield.results.hazard import Hazard
 from fragfield.results.site import ExposedSite

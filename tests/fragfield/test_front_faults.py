@@ -16,7 +16,7 @@ from fragfield.case.load import case_from_document
 from fragfield.errors import exit_code_of, message_of
 from fragfield.interface.running import options_of
 from fragfield.pipeline import parallel
-from fragfield.report.findings.burst import ledger_findings
+from fragfield.report.findings import ledger_findings
 from fragfield.results.summary import Summary
 from tests.fragfield.example_results import example
 from tests.fragfield.short_run import ROOT

@@ -12,7 +12,7 @@ import pytest
 from flight.scene.plan import signed_area
 from fragfield.case import load_case
 from fragfield.case.tables.site import PlacesTable
-from fragfield.checking.arrangement import describe_exposed
+from fragfield.checking.check import describe_exposed
 from fragfield.errors import InputError
 from fragfield.places.polygons import box_around, convex_parts
 from fragfield.places.tables import tables_of_places

@@ -19,7 +19,7 @@ from fragfield.numbers import _LADDERS, UNKNOWN, number, row
 from fragfield.quantities import QUANTITIES, quantity, shown
 from fragfield.report.assemble import code_words
 from fragfield.report.figures.fragments import number_above
-from fragfield.report.findings.findings import findings
+from fragfield.report.findings import findings
 from fragfield.report.sections import catalogue
 from fragfield.results.summary import Summary, schema
 from fragfield.results.words import margin_metres, metres, metres_and_error, whole_metres

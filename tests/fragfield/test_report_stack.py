@@ -10,7 +10,7 @@ import pytest
 
 from fragfield.case.load import case_from_document
 from fragfield.hazard.verdict import exposure_words
-from fragfield.report.findings.findings import findings
+from fragfield.report.findings import findings
 from fragfield.results.burst import Exposure
 from fragfield.results.summary import Summary
 from fragfield.terminal.show import print_summary

@@ -19,7 +19,7 @@ from fragfield.case.conversion.clearance import min_clearance
 from fragfield.case.conversion.rounds import meshed, placed
 from fragfield.case.conversion.surroundings import site_of
 from fragfield.case.problem import flight_arguments
-from fragfield.checking.arrangement import describe_surroundings
+from fragfield.checking.check import describe_surroundings
 from fragfield.errors import InputError
 from fragfield.pipeline.flown import above_ground
 from tests.fragfield.short_run import invoke

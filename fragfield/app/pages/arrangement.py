@@ -59,7 +59,6 @@ def content(page: CasePage) -> None:
 
 
 def _stack(page: CasePage) -> None:
-    """Single, or an arrangement of copies."""
     now = page.case.get(("stack", "arrangement"), "single")
 
     def choose(kind: str) -> None:
@@ -75,7 +74,6 @@ def _stack(page: CasePage) -> None:
 
 
 def _facts(page: CasePage, found: CheckedBurst | str | None) -> str:
-    """Clear gap, net explosive quantity, what is computed and what is image, and each round's place and time."""
     texts = page.texts
     if found is None or isinstance(found, str):
         return f'<p class="fault">{escape(found or texts("arrangement.cannot"))}</p>'

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from flight.hazard.ensemble import EnsembleHazard
-    from fragfield.app.fields import Texts
+    from fragfield.app.forms import Texts
     from fragfield.app.page import CasePage
     from fragfield.results.summary import Summary
 
@@ -111,7 +111,6 @@ def _mark_changes(page: CasePage, run: RunDirectory) -> None:
 
 
 def _when_seen(tabs: ui.tabs, build: Callable[[], None]) -> None:
-    """Build a part when it is first looked at."""
     place = box().style("width:100%")
 
     def show() -> None:
@@ -124,8 +123,6 @@ def _when_seen(tabs: ui.tabs, build: Callable[[], None]) -> None:
 
 
 class _Parts:
-    """What the page shows of a run, a method for each part."""
-
     def __init__(self, page: CasePage, name: str, found: Any) -> None:  # noqa: ANN401 - a run
         self.page, self.texts, self.name, self.run = page, page.texts, name, found
         self.path: Path = found.path

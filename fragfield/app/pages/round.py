@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from fragfield.app.document import CaseDocument
-    from fragfield.app.fields import Texts
+    from fragfield.app.forms import Texts
     from fragfield.app.page import CasePage
 
 
@@ -92,8 +92,6 @@ def _located(name: object, folder: Path) -> str:
 
 
 class _RoundEditor:
-    """The editor of one round; `again` builds it once more, of another profile."""
-
     def __init__(self, page: CasePage, index: int, again: Callable[[], object]) -> None:
         self.again = again
         self.page, self.texts, self.index, self.path = page, page.texts, index, ("round", index)
@@ -210,7 +208,6 @@ class _RoundEditor:
         self._tables.refresh()
 
     def _keep(self) -> None:
-        """Put the table into the case, and draw it."""
         before = self.page.case.get(self.place)
         self.page.change(self.place, to_case(self.table, before if isinstance(before, dict) else {}))
         self.draw()

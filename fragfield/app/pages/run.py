@@ -9,8 +9,7 @@ from nicegui import run as threads
 from nicegui import ui
 
 import fragfield
-from fragfield.app.fields import fields_of
-from fragfield.app.forms import folded, form
+from fragfield.app.forms import fields_of, folded, form
 from fragfield.app.page import act, box, facts, fold, heading, html, note, page_of
 from fragfield.errors import InputError
 from fragfield.files.run_directory import STAGES, RunDirectory
@@ -19,8 +18,8 @@ from fragfield.terminal.progress import duration
 from fragfield_base.reading import read_text
 
 if TYPE_CHECKING:
-    from fragfield.app.jobs import Job
     from fragfield.app.page import CasePage
+    from fragfield.app.workspace import Job
     from fragfield.results.check import CheckedBurst
 
 
@@ -97,7 +96,6 @@ def kilograms(mass: float) -> str:
 
 
 def _cost(page: CasePage, found: CheckedBurst | str) -> str:
-    """What is computed, and what the last run of this name took."""
     texts = page.texts
     if isinstance(found, str):
         return ""
@@ -114,7 +112,6 @@ def _cost(page: CasePage, found: CheckedBurst | str) -> str:
 
 
 def _last_time(page: CasePage) -> str:
-    """What all stages of the last run took, by its log."""
     try:
         log = RunDirectory(page.session.space.inside(page.session.space.run_of(page.case.name))).log_file
         times = dict(_DONE.findall(read_text(log, InputError, most=1 << 26)))
@@ -172,7 +169,6 @@ def _tables(page: CasePage) -> None:
 
 
 def _source(page: CasePage) -> None:
-    """The case file itself, to be read and changed as text."""
     note(page.texts("run.text_why"), "meaning")
     source = ui.textarea(value=page.case.text).props("outlined autogrow spellcheck=false").classes("source")
 
@@ -184,8 +180,6 @@ def _source(page: CasePage) -> None:
 
 
 class _Starter:
-    """Buttons that start a run."""
-
     def __init__(self, page: CasePage) -> None:
         self.page, texts = page, page.texts
         self.run = page.session.space.run_of(page.case.name)
@@ -221,8 +215,6 @@ class _Starter:
 
 
 class _Now:
-    """The run that is computed, or was computed last, looked at while the page is open."""
-
     def __init__(self, page: CasePage, starter: _Starter) -> None:
         self.page, self.starter = page, starter
         self.place = box().props("data-box=job")
@@ -266,7 +258,6 @@ class _Now:
 
 
 def _stages(texts: Any, job: Job) -> None:  # noqa: ANN401 - texts
-    """A bar for every stage of the chain."""
     now, names = job.progress(), list(STAGES)
     stage = now.get("stage", "")
     at = names.index(stage) if stage in names else -1

@@ -70,8 +70,6 @@ def content(page: CasePage) -> None:
 
 
 class _Site:
-    """The map and its lists."""
-
     def __init__(self, page: CasePage) -> None:
         self.page = page
         self.circles: list[dict[str, Any]] = []
@@ -161,7 +159,6 @@ def _ground(page: CasePage) -> None:
 
 
 def _exchange(page: CasePage, site: _Site) -> None:
-    """Places from GeoJSON and KML."""
     texts = page.texts
     if site_in(page.case) is None:
         note(f"{texts('site.no_north')} {texts('site.needs_site')}")

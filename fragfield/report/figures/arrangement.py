@@ -138,7 +138,6 @@ def _surface(profile: Profile, base: NDArray[np.float64], axis: NDArray[np.float
 
 
 def _hull(points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The convex outline of points (n, 2), in order."""
     from scipy.spatial import ConvexHull
 
     return np.asarray(points[ConvexHull(points).vertices])

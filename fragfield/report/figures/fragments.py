@@ -50,7 +50,6 @@ def _number_by_mass(run: Run) -> Figure | None:
 
 
 def _mass_labels(axis: Axes) -> None:
-    """Write the mass in grams under the square root, so that no squaring is needed."""
     ticks = [tick for tick in axis.get_xticks() if 0 <= tick <= axis.get_xlim()[1]]
     axis.set_xticks(ticks, [f"{tick:g}\n{tick**2:,.4g}" for tick in ticks])
 

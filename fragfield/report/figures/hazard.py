@@ -88,13 +88,7 @@ def _ring(axis: Axes, radius: float, *, color: str, dashes: str, label: str, ang
     )  # fmt: skip
 
 
-@figure(
-    "density_curve", "Density by distance",
-    "Expected number of hazardous fragments per acceptable area, over all azimuths where they are alike, else in the "
-    "direction that decides. Shaded: 5 to 95 % of the bootstrap, the certainty of the mean, not the scatter of single "
-    "events.",
-)  # fmt: skip
-def _density_curve(run: Run, azimuth: float | None = None) -> Figure | None:
+def _density(run: Run, azimuth: float | None = None) -> Figure | None:
     """Along the deciding direction with its band, or along another one (degrees) alone."""
     found = run.ensemble
     if found is None or not len(run.landed) or not found.expected.density.any():
@@ -104,7 +98,10 @@ def _density_curve(run: Run, azimuth: float | None = None) -> Figure | None:
     own = azimuth is None or not expected.density_by_direction.size
     if azimuth is not None and expected.density_by_direction.size:
         at = round(azimuth / 360.0 * len(expected.azimuth)) % len(expected.azimuth)
-        densities, reach = expected.density_by_direction[:, at], float(expected.by_direction[at])
+        densities, reach = (
+            np.asarray(expected.density_by_direction[:, at], dtype=np.float64),
+            float(expected.by_direction[at]),
+        )
         upper = None if upper is None else float(expected.upper_by_direction[at])
     figure, (axis,) = new_figure(height=3.2)
     decides = int(expected.normal >= expected.ground)
@@ -135,11 +132,19 @@ def _density_curve(run: Run, azimuth: float | None = None) -> Figure | None:
     return figure
 
 
+figure(
+    "density_curve", "Density by distance",
+    "Expected number of hazardous fragments per acceptable area, over all azimuths where they are alike, else in the "
+    "direction that decides. Shaded: 5 to 95 % of the bootstrap, the certainty of the mean, not the scatter of single "
+    "events.",
+)(_density)  # fmt: skip
+
+
 def density_svg(run: Run, azimuth: float | None) -> str:
     """The density curve along a direction (degrees; None: that which decides) as SVG within a page."""
     with drawing_style():
-        figure = _density_curve(run, azimuth)
-        text = "" if figure is None else to_bytes(figure, "svg").decode()
+        drawn = _density(run, azimuth)
+        text = "" if drawn is None else to_bytes(drawn, "svg").decode()
     return text[text.find("<svg") :]
 
 

@@ -100,8 +100,6 @@ PATTERNS = (
 
 
 class _Section:
-    """A round in its picture: where its stations and radii are drawn."""
-
     def __init__(self, profile: Profile, width: float) -> None:
         self.profile, self.width = profile, width
         self.scale = min((width - 2.0 * _SIDE) / profile.length, 0.5 * _HEIGHT / profile.max_radius)
@@ -133,7 +131,6 @@ class _Section:
         return self.left + self.scale * station
 
     def _diameters(self) -> list[str]:
-        """The largest diameters and those of the ends, in lines that fit."""
         profile = self.profile
         stations = np.linspace(profile.charge_front, profile.charge_end, 401)
         charge = float(profile.cavity.radius(stations).max())
@@ -143,7 +140,6 @@ class _Section:
         return [", ".join(words)] if self.width > 500.0 else [", ".join(words[:2]), ", ".join(words[2:])]
 
     def _contents(self) -> Iterator[str]:
-        """Charge, and before it fuze or void."""
         profile = self.profile
         if profile.fuze is not None:
             kind = "fuze" if profile.fuze.fill == "inert" else "void"

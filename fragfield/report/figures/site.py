@@ -139,7 +139,6 @@ def _name(axis: Axes, shapes: Sequence[Shape]) -> None:
 
 
 def _once(labels: set[str], label: str) -> str:
-    """A label for the legend, the first time alone."""
     if label in labels:
         return "_"
     labels.add(label)

@@ -1,4 +1,4 @@
-"""Pictures drawn by pyvista without a window: the section of the burst at two times, and the cloud of fragments."""
+"""Pictures of a run by pyvista without a window; ParaView opens burst.xdmf and trajectories.xdmf for all else."""
 
 from __future__ import annotations
 
@@ -131,7 +131,6 @@ def _checked(grid: pyvista.UnstructuredGrid, where: Path) -> pyvista.Unstructure
 
 
 def _cut(grid: pyvista.UnstructuredGrid, burst: Burst, where: str) -> tuple[pyvista.PolyData, pyvista.PolyData]:
-    """The section of a state, and the outline of the casings in it."""
     import pyvista
 
     from transition.placement.mirroring import images
@@ -176,7 +175,6 @@ def _axis_of_section(burst: Burst, where: str) -> float:
 
 
 def _burst(run: Run) -> pyvista.Plotter:
-    """The sections beside each other, with one scale of length and one of speed."""
     sections = burst_sections(run)
     fastest = max(float(section.point_data["speed"].max()) for _, section, _ in sections) or 1.0
     plotter = _plotter((1, len(sections)), (600, 640))
@@ -198,7 +196,6 @@ def _burst(run: Run) -> pyvista.Plotter:
 
 
 def _length_bar(plotter: pyvista.Plotter, low: NDArray[np.float64], high: NDArray[np.float64]) -> None:
-    """A bar of a round length above what is drawn."""
     import pyvista
 
     length = round_length(0.5 * float(high[0] - low[0]))
@@ -210,7 +207,6 @@ def _length_bar(plotter: pyvista.Plotter, low: NDArray[np.float64], high: NDArra
 
 
 def _fragments(fragments: Fragments) -> pyvista.Plotter:
-    """The fragments some time on without drag, spheres by mass, coloured by speed."""
     import pyvista
 
     points = pyvista.PolyData(fragments.position + STREAK * fragments.velocity)
