@@ -1,23 +1,16 @@
-"""Forms: an input for every field of a table, by what the case's keys say of it, with faults beside it."""
+"""Forms: an input for every field of a table, with its meaning, unit and bounds, and faults beside it."""
 
 from __future__ import annotations
 
-import math
-import tomllib
-from functools import cache
-from importlib import resources
 from typing import TYPE_CHECKING, Any
 
 from nicegui import ui
-from pydantic import BaseModel
 
+from fragfield.app.fields import default_of, fields_of, kinds_of, read_field, shown
 from fragfield.app.page import box, fold, note
 from fragfield.app.server import MOST_UPLOADED
 from fragfield.app.workspace import safe_name
-from fragfield.case import CaseTable
-from fragfield.case.changes import read_value
-from fragfield.case.keys import Key, key_path, keys_of, kind_of, tables_at
-from fragfield.case.write import toml_value
+from fragfield.case.keys import Key, key_path
 from fragfield.errors import InputError
 from fragfield_base.writing import write_bytes
 
@@ -29,81 +22,6 @@ if TYPE_CHECKING:
     from nicegui.events import UploadEventArguments, ValueChangeEventArguments
 
     from fragfield.app.page import CasePage
-
-
-@cache
-def fields_of(path: tuple[str, ...], kind: str = "") -> tuple[Key, ...]:
-    """Keys of a table by its place in the case file, without numbers of entries: ("round", "ignition").
-
-    An empty `path` is the whole file; `kind` is one of several kinds of tables: "road" of ("exposed",). Raises KeyError
-    where there is no such table.
-    """
-    tables = tables_at(path, CaseTable)
-    chosen = next((one for one in tables if kind and kind_of(one) == kind), tables[0])
-    return keys_of(chosen, ".".join(path) + (f"[{kind}]" if kind else ""))
-
-
-def kinds_of(path: tuple[str, ...]) -> tuple[str, ...]:
-    """Kinds of the tables at a place, such as person, road, area and building."""
-    return tuple(kind for one in tables_at(path, CaseTable) if (kind := kind_of(one)))
-
-
-def default_of(entry: Key) -> str:
-    """A default as a field shows it, in the unit of the example; empty where there is none."""
-    value = entry.default
-    if value in (None, "", ()) or isinstance(value, BaseModel) or value == []:
-        return ""
-    written = entry.written(value)
-    if isinstance(written, float) and math.isfinite(written):
-        return f"{written:.10g}"
-    return written if isinstance(written, str) else toml_value(written)
-
-
-def shown(value: object) -> str:
-    """A value of the file as a field shows it: texts without quotes."""
-    return "" if value is None else value if isinstance(value, str) else toml_value(value)
-
-
-def read_field(entry: Key, text: str) -> object:
-    """What is typed into a field as the file has it; None for an empty one, which takes the default."""
-    if not text.strip():
-        return None
-    if entry.form in ("text", "choice"):
-        return text
-    value = read_value(text.strip())
-    return text if isinstance(value, str) else value
-
-
-class Texts:
-    """Texts of the pages by group and name; words for the fields are those of the inputs' metadata."""
-
-    def __init__(self) -> None:
-        groups = tomllib.loads((resources.files("fragfield.app") / "texts.toml").read_text(encoding="utf-8"))
-        self._texts = {f"{group}.{name}": words for group, table in groups.items() for name, words in table.items()}
-
-    def __call__(self, name: str, /, **values: object) -> str:
-        """A text with its places filled in; raises KeyError where there is none of that name."""
-        return self._texts[name].format(**values) if values else self._texts[name]
-
-    def label(self, key: str) -> str:
-        """Label of a field by its key, as `Key.path` has it."""
-        name = key.rpartition(".")[2]
-        return self._texts.get(f"key.{name}", name.replace("_", " "))
-
-    def help(self, entry: Key) -> str:
-        """Everything that is known of a field, in sentences."""
-        parts = [" ".join(entry.meaning.split())]
-        if entry.allowed:
-            parts.append(f"{self('form.allowed')}: {entry.allowed}.")
-        if entry.bounds:
-            parts.append(f"{self('form.bounds')}: {entry.bounds.words(entry.unit)} ({entry.bounds.why}).")
-        return " ".join(part for part in parts if part)
-
-
-@cache
-def page_texts() -> Texts:
-    """Those of the package, read once."""
-    return Texts()
 
 
 _TABLES = ("table", "tables")

@@ -9,7 +9,7 @@ from urllib.parse import urlencode
 from nicegui import run, ui
 
 from fragfield.app.document import steps_of
-from fragfield.app.forms import page_texts
+from fragfield.app.fields import page_texts
 from fragfield.case.faults import Fault
 from fragfield.case.keys import key_path
 from fragfield.errors import message_of
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from nicegui.element import Element
 
     from fragfield.app.document import CaseDocument, Session
-    from fragfield.app.forms import Texts
+    from fragfield.app.fields import Texts
 
 
 class Raw(str):

@@ -10,7 +10,7 @@ import numpy as np
 from pydantic import TypeAdapter, ValidationError
 
 import fragfield
-from fragfield.app.forms import shown
+from fragfield.app.fields import shown
 from fragfield.case.conversion.exposed_sites import outline_of, rectangle
 from fragfield.case.tables.surroundings import ObstacleTable
 from fragfield.errors import InputError

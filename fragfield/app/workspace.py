@@ -11,10 +11,11 @@ import threading
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from fragfield.errors import InputError
 from fragfield.files.run_directory import RunDirectory
+from fragfield.terminal.progress import Progress
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -208,12 +209,11 @@ class Job:
         """Whether it computes."""
         return self._thread.is_alive()
 
-    def progress(self) -> dict[str, Any]:
-        """The last progress: stage, share, detail, seconds_left; empty before the first."""
-        with suppress(OSError, ValueError):
-            found = json.loads(self._progress.read_text(encoding="utf-8"))
-            return found if isinstance(found, dict) else {}
-        return {}
+    def progress(self) -> Progress:
+        """The last progress; of no stage before the first."""
+        with suppress(OSError, ValueError, TypeError):
+            return Progress(**json.loads(self._progress.read_text(encoding="utf-8")))
+        return Progress("")
 
     def words(self) -> str:
         """The end of its log."""

@@ -5,21 +5,50 @@ from __future__ import annotations
 import json
 from functools import cache
 from importlib import resources
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Literal, NamedTuple
 
 from fragfield.numbers import number
 from fragfield_base.substances import substance_key
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from fragfield.interface.results import Run
 
 
+class Comparison(NamedTuple):
+    """A value of a validation case beside that of the test; `error` and the test's own uncertainty are fractions."""
+
+    case: str
+    quantity: str
+    ours: float
+    reference: float
+    unit: str
+    error: float
+    tolerance: float | None
+    source: str
+    subjects: tuple[str, ...]
+
+    @property
+    def cells(self) -> tuple[str, str, str, str]:
+        """Both values, their difference, and the uncertainty that the test states."""
+        ours, reference = (f"{number(value)} {self.unit}".strip() for value in (self.ours, self.reference))
+        tolerance = "–" if self.tolerance is None else f"{100 * self.tolerance:.1f} %"
+        return ours, reference, f"{100 * self.error:+.1f} %".replace("-", "−"), tolerance
+
+
+class Evidence(NamedTuple):
+    """Checks passed and judged, versions and revisions that computed them, and the comparisons."""
+
+    checks: tuple[int, int]
+    versions: list[str]
+    revisions: list[str]
+    comparisons: list[Comparison]
+
+
 @cache
-def evidence() -> dict[str, Any]:
-    """`checks` (passed, judged), `versions`, `revisions` that computed them, and `comparisons`."""
-    return dict(json.loads((resources.files("fragfield") / "data" / "evidence.json").read_text(encoding="utf-8")))
+def evidence() -> Evidence:
+    """Those that come with the program."""
+    found = json.loads((resources.files("fragfield") / "data" / "evidence.json").read_text(encoding="utf-8"))
+    return Evidence(**found | {"comparisons": [Comparison(**one) for one in found.pop("comparisons")]})
 
 
 def subjects_of(run: Run) -> set[str]:
@@ -41,16 +70,16 @@ def subjects_of(run: Run) -> set[str]:
     return found
 
 
-def bearing(run: Run) -> list[Mapping[str, Any]]:
+def bearing(run: Run) -> list[Comparison]:
     """Comparisons whose subjects a run has all: of what only such runs have first, then the nearest to a distance."""
     own = subjects_of(run)
-    return sorted((row for row in evidence()["comparisons"] if set(row["subjects"]) <= own),
-                  key=lambda row: -len(row["subjects"]))  # fmt: skip
+    fitting = (one for one in evidence().comparisons if own.issuperset(one.subjects))
+    return sorted(fitting, key=lambda one: -len(one.subjects))
 
 
 def validation_words(run: Run) -> tuple[Literal["warning", "note", "good"], str]:
     """The weight and the words of what the checks mean for a run."""
-    (passed, judged), versions, revisions = (evidence()[key] for key in ("checks", "versions", "revisions"))
+    (passed, judged), versions, revisions, _ = evidence()
     version, revision = (run.provenance.get(key, "") for key in ("program_version", "revision"))
     text = f"Validation: {number(passed)} of {number(judged)} checks passed"
     if versions != [version]:
@@ -59,10 +88,3 @@ def validation_words(run: Run) -> tuple[Literal["warning", "note", "good"], str]
     if revision and not revision.endswith("+") and revisions == [revision]:
         return "good" if passed == judged else "note", f"{text}, computed by the same revision as this result."
     return "note", f"{text}, computed by version {version}, but by another revision of the source than this result."
-
-
-def shown(row: Mapping[str, Any]) -> tuple[str, str, str, str]:
-    """Both values of a comparison, their difference, and the uncertainty that the test states."""
-    ours, reference = (f"{number(row[key])} {row['unit']}".strip() for key in ("ours", "reference"))
-    error, tolerance = ("–" if row[key] is None else f"{100 * row[key]:.1f} %" for key in ("error", "tolerance"))
-    return ours, reference, error.replace("-", "−") if error[0] == "-" else f"+{error}", tolerance

@@ -306,10 +306,10 @@ _EXPOSURE_NOTE = (
 @section("validation", "Validation of this version", annex=True)
 def _validation(run: Run) -> dict[str, Any]:
     rows = evidence.bearing(run)
-    sources = dict.fromkeys(f"{one['case']}: {one['source']}" for one in rows)
+    sources = dict.fromkeys(f"{one.case}: {one.source}" for one in rows)
     return {
         "words": evidence.validation_words(run)[1],
-        "comparisons": [(one, *evidence.shown(one)) for one in rows],
+        "comparisons": [(one, *one.cells) for one in rows],
         "sources": f"{'; '.join(sources)}.",
     }
 

@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 from itertools import chain, islice
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from fragfield.hazard.recommended import RULE
 from fragfield.numbers import number
-from fragfield.report.evidence import bearing, shown
+from fragfield.report.evidence import bearing
 from fragfield.report.findings import burst_findings, convergence_findings, flight_findings, ledger_findings
 from fragfield.results.words import PARTS
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
+    from collections.abc import Iterator, Sequence
 
     from fragfield.case import CaseTable
     from fragfield.interface.results import Run
+    from fragfield.report.evidence import Comparison
     from fragfield.report.findings import Finding
 
 
@@ -199,34 +200,34 @@ def _first_sentence(text: str) -> str:
     return f"{head}." if point else text
 
 
-def _fitting(run: Run) -> list[Mapping[str, Any]]:
+def _fitting(run: Run) -> list[Comparison]:
     """Comparisons that bear on the run; a single round says nothing of what neighbours do to each other."""
     several = many_rounds(run)
-    return [row for row in bearing(run) if not several or {"stack", "collision"}.intersection(row["subjects"])]
+    return [one for one in bearing(run) if not several or {"stack", "collision"}.intersection(one.subjects)]
 
 
 def _measured(run: Run, *, close: bool) -> Iterator[str]:
     """By study, of those with all comparisons `close` or of the others: that of the median error, and the largest."""
     rows = _fitting(run)
-    for study in dict.fromkeys(row["case"] for row in rows):
-        own = sorted((row for row in rows if row["case"] == study), key=lambda row: abs(row["error"]))
-        if (abs(own[-1]["error"]) <= _CLOSE) != close:
+    for study in dict.fromkeys(row.case for row in rows):
+        own = sorted((row for row in rows if row.case == study), key=lambda row: abs(row.error))
+        if (abs(own[-1].error) <= _CLOSE) != close:
             continue
-        example, (ours, theirs, *_) = own[len(own) // 2], shown(own[len(own) // 2])
+        example = own[len(own) // 2]
+        ours, theirs, *_ = example.cells
         yield (
-            f"Validation {study} ({example['source'].partition(';')[0]}): {example['quantity']} {ours}, there "
-            f"{theirs}; largest of {len(own)} differences {shown(own[-1])[2]}{_DIFFERS.get(study, '')}."
+            f"Validation {study} ({example.source.partition(';')[0]}): {example.quantity} {ours}, there "
+            f"{theirs}; largest of {len(own)} differences {own[-1].cells[2]}{_DIFFERS.get(study, '')}."
         )
 
 
 def _missed(run: Run) -> Iterator[str]:
-    missed = [row for row in _fitting(run) if row["tolerance"] and abs(row["error"]) > row["tolerance"]]
-    for row in sorted(missed, key=lambda row: -abs(row["error"]) / row["tolerance"]):
-        ours, theirs, error, tolerance = shown(row)
-        yield (
-            f"Validation {row['case']}: {row['quantity']} {ours}, in the test {theirs} ({error}; the test is known to "
-            f"{tolerance})."
-        )
+    missed = [(abs(row.error) / row.tolerance, row) for row in _fitting(run) if row.tolerance]
+    for times, row in sorted(missed, key=lambda one: -one[0]):
+        if times > 1.0:
+            ours, theirs, error, tolerance = row.cells
+            known = f"({error}; the test is known to {tolerance})"
+            yield f"Validation {row.case}: {row.quantity} {ours}, in the test {theirs} {known}."
 
 
 def _left_out(run: Run) -> Iterator[str]:

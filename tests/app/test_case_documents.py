@@ -15,7 +15,7 @@ from burst_fenicsx.geometry import profile_from_table
 from burst_fenicsx.geometry.files import PROFILES, profile_names
 from fragfield.app.contour import from_case, number_of, to_case
 from fragfield.app.document import CaseDocument, steps_of
-from fragfield.app.forms import fields_of, kinds_of, read_field
+from fragfield.app.fields import fields_of, kinds_of, read_field
 from fragfield.app.site_plan import imported, move, plan_of
 from fragfield.app.workspace import STATE, Workspace, safe_name
 from fragfield.case import load_case

@@ -7,7 +7,7 @@ import re
 import numpy as np
 import pytest
 
-from fragfield.app.forms import page_texts
+from fragfield.app.fields import page_texts
 from fragfield.app.pages.result import direction_facts
 from fragfield.report.figures.hazard import density_svg
 from tests.flight.test_ensemble import ensemble

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from burst_fenicsx.geometry import load_profile
-from fragfield.app.forms import page_texts
+from fragfield.app.fields import page_texts
 from fragfield.app.pages.result import direction_facts
 from fragfield.case import load_case
 from fragfield.interface.results import Run

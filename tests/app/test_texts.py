@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from fragfield.app.forms import fields_of, page_texts
+from fragfield.app.fields import fields_of, page_texts
 
 
 def test_a_field_says_what_the_inputs_say():

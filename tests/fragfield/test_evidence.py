@@ -39,7 +39,7 @@ def ready(name):
 def test_checks_are_those_of_the_run_only_from_the_same_clean_source(
     monkeypatch, version, revision, recorded, weight, words
 ):
-    known = {"checks": [1, 3], "versions": ["0.1.0"], "revisions": recorded, "comparisons": []}
+    known = evidence.Evidence((1, 3), ["0.1.0"], recorded, [])
     monkeypatch.setattr(evidence, "evidence", lambda: known)
     found, text = evidence.validation_words(checked_by(version, revision))
     assert found == weight
@@ -49,7 +49,7 @@ def test_checks_are_those_of_the_run_only_from_the_same_clean_source(
 
 def test_a_single_tube_is_not_held_against_stacks_and_a_stack_is():
     tube, pair, mirrored, single = (
-        {row["case"] for row in evidence.bearing(ready(name))}
+        {row.case for row in evidence.bearing(ready(name))}
         for name in ("tube", "m107_pair", "m107_pair_mirrored", "m107_tnt")
     )
     assert "steel_tubes" in tube
@@ -60,16 +60,16 @@ def test_a_single_tube_is_not_held_against_stacks_and_a_stack_is():
 
 def test_given_fragments_are_held_against_the_flight_alone():
     arena = run_of(summary=example(Summary, flight={"fragments_file": "fragments.h5"}))
-    assert {row["case"] for row in evidence.bearing(arena)} == {"m107_1944"}
+    assert {row.case for row in evidence.bearing(arena)} == {"m107_1944"}
 
 
 def test_a_comparison_is_shown_with_its_difference_and_source(tmp_path):
     page = plain_report(write_run(tmp_path / "run", rounds=1))
-    row = next(row for row in evidence.evidence()["comparisons"] if row["case"] == "m107_1944")
+    row = next(row for row in evidence.evidence().comparisons if row.case == "m107_1944")
     (line,) = (line for line in page.tables["Comparisons that bear on this case"]
-               if line[0] == f"m107_1944: {row['quantity']}")  # fmt: skip
-    assert line[3] == f"{100 * row['error']:+.1f} %"
-    assert row["source"] in page.sections["validation"]
+               if line[0] == f"m107_1944: {row.quantity}")  # fmt: skip
+    assert line[3] == f"{100 * row.error:+.1f} %"
+    assert row.source in page.sections["validation"]
     assert "checks passed" in page.sections["validation"]
 
 

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from flight.hazard.ensemble import EnsembleHazard
-    from fragfield.app.forms import Texts
+    from fragfield.app.fields import Texts
     from fragfield.app.page import CasePage
     from fragfield.results.summary import Summary
 

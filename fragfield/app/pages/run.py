@@ -9,7 +9,8 @@ from nicegui import run as threads
 from nicegui import ui
 
 import fragfield
-from fragfield.app.forms import fields_of, folded, form
+from fragfield.app.fields import fields_of
+from fragfield.app.forms import folded, form
 from fragfield.app.page import act, box, facts, fold, heading, html, note, page_of
 from fragfield.errors import InputError
 from fragfield.files.run_directory import STAGES, RunDirectory
@@ -259,16 +260,15 @@ class _Now:
 
 def _stages(texts: Any, job: Job) -> None:  # noqa: ANN401 - texts
     now, names = job.progress(), list(STAGES)
-    stage = now.get("stage", "")
-    at = names.index(stage) if stage in names else -1
+    at = names.index(now.stage) if now.stage in names else -1
     with box("stages"):
         for index, name in enumerate(names):
-            share = 100.0 if index < at else 100.0 * float(now.get("share", 0.0)) if index == at else 0.0
+            share = 100.0 if index < at else 100.0 * now.share if index == at else 0.0
             with box("stage"):
                 words = texts(f"stage.{name}")
                 ui.label(words)
                 with box("bar").props(f'role=progressbar aria-valuenow={share:.0f} aria-label="{words}"'):
                     box().style(f"width:{share:.1f}%")
                 if index == at and share < 100.0:
-                    left = now.get("seconds_left")
-                    note(f"{now.get('detail', '')} {'' if left is None else duration(left)}".strip(), "detail")
+                    left = "" if now.seconds_left is None else duration(now.seconds_left)
+                    note(f"{now.detail} {left}".strip(), "detail")

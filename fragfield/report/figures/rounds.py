@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import partial
 from html import escape
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -34,21 +34,28 @@ _SAMPLES = 120  # stations of a contour
 _ROOM = 50.0  # that the text of a length needs
 
 
-def round_facts(item: Round) -> dict[str, float]:
-    """Masses (kg), C/M, fuze density (kg/m3), centre of mass, length and diameter (m) of a round with a profile."""
+class RoundFacts(NamedTuple):
+    """Masses (kg), C/M, fuze density (kg/m3), centre of mass, length and diameter (m)."""
+
+    casing: float
+    charge: float
+    fuze: float
+    whole: float
+    ratio: float
+    fuze_density: float
+    centre: float
+    length: float
+    diameter: float
+
+
+def round_facts(item: Round) -> RoundFacts:
+    """Those of a round with a profile."""
     masses, profile = masses_of(item), item.profile
     assert profile is not None
-    return {
-        "casing": masses.casing,
-        "charge": masses.charge,
-        "fuze": masses.fuze,
-        "whole": masses.whole,
-        "ratio": masses.ratio,
-        "fuze_density": profile.fuze_density,
-        "centre": centre_of_mass(item),
-        "length": profile.length,
-        "diameter": 2.0 * profile.max_radius,
-    }
+    return RoundFacts(
+        masses.casing, masses.charge, masses.fuze, masses.whole, masses.ratio, profile.fuze_density,
+        centre_of_mass(item), profile.length, 2.0 * profile.max_radius,
+    )  # fmt: skip
 
 
 def round_svg(item: Round, centre: float, *, narrow: bool = False) -> str:
