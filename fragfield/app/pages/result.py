@@ -19,7 +19,7 @@ from fragfield.hazard.verdict import criterion_words
 from fragfield.numbers import SPACE, number
 from fragfield.quantities import QUANTITIES
 from fragfield.report.figures.hazard import density_svg
-from fragfield.results.words import headline, metres
+from fragfield.results.words import headline, metres, rounded_metres
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -176,7 +176,7 @@ class _Parts:
             verdict = entry.verdict
             words = escape(texts("verdict." + verdict.replace(" ", "_")))
             mark = Raw(f'<span class="verdict {verdict.replace(" ", "-")}">{words}</span>')
-            rows.append((entry.name, mark, criterion_words(entry), metres(entry.distance)))
+            rows.append((entry.name, mark, criterion_words(entry), f"{rounded_metres(entry.distance)} m"))
         if not rows:
             note(texts("result.no_places"), "meaning")
             return
