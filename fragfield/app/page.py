@@ -167,21 +167,6 @@ class CasePage:
             return False
         return True
 
-    async def ask(
-        self, place: Element, question: Callable[..., Any], *words: object,
-        refused: Callable[[Exception], object] | None = None, **options: object,
-    ) -> Any:  # noqa: ANN401 - the answer  # fmt: skip
-        """Answer of a function, from a thread; a refusal is shown in a place of the page, and None returned."""
-        place.clear()
-        try:
-            return await run.io_bound(question, *words, **options)
-        except (errors.InputError, OSError) as error:
-            with place:
-                note(message_of(error), "fault")
-                if refused is not None:
-                    refused(error)
-            return None
-
     def compute(self, title: str, target: str, *commands: Sequence[str]) -> None:
         """Save the case and start commands of the command line that write into `target`; then go to the run."""
 

@@ -11,10 +11,8 @@ import threading
 import urllib.error
 import urllib.request
 
-import openpyxl
 import pytest
 
-import fragfield
 from fragfield.case import load_case
 from tests.app.conftest import PATIENCE, ROOT, small, wait_for, with_cases
 
@@ -55,16 +53,6 @@ def test_a_case_from_the_pages_runs_by_the_command_line_to_the_same_summary(appl
     )
     assert _results(ours) == _results(theirs)
     _signed(application, page, name)
-    page.goto(f"{application.base}/result?case={name}")
-    page.get_by_role("tab", name="Tables").click()
-    with page.expect_download() as saved:
-        page.locator("[data-act=workbook]").click()
-    assert saved.value.suggested_filename == "tube_tables.xlsx"
-    saved.value.save_as(application.folder / "tables.xlsx")
-    book = openpyxl.load_workbook(application.folder / "tables.xlsx")
-    run = fragfield.open(application.folder / "runs" / "tube")
-    assert set(run.tables) < set(book.sheetnames)
-    assert book["fragments"].max_row == 1 + len(run.table("fragments"))
 
 
 def _signed(application, page, name):

@@ -1,4 +1,4 @@
-"""Page 6, the result of a run: the decision, the map, the figures, and every table by the catalogue of quantities."""
+"""Page 6, the result of a run: the decision, the map, the figures, the numbers by the catalogue, and the files."""
 
 from __future__ import annotations
 
@@ -47,7 +47,6 @@ def direction_facts(hazard: EnsembleHazard, azimuth: float, texts: Texts) -> lis
     return [(texts(f"direction.{name}"), words) for name, words in rows.items() if words]
 
 
-_MOST_ROWS = 500
 _MOST_CHANGES = 6
 _SIDES = ("in the run", "now")
 
@@ -76,7 +75,7 @@ def content(page: CasePage, run: str = "") -> None:
         return
     if page.document is not None:
         _mark_changes(page, RunDirectory(found.path))
-    parts = (part.decision, part.map, part.direction, part.figures, part.numbers, part.tables, part.files)
+    parts = (part.decision, part.map, part.direction, part.figures, part.numbers, part.files)
     with ui.tabs().props("no-caps align=left inline-label outside-arrows mobile-arrows") as tabs:
         for build in parts:
             ui.tab(build.__name__, texts(f"result.{build.__name__}"))
@@ -251,35 +250,6 @@ class _Parts:
                 rows += [(one.stage, row.name, row.value, row.note) for row in one.rows(self.summary)]
         shown_facts(rows, ["", "", "", ""])
 
-    def tables(self) -> None:
-        """Every table, and all of them as a workbook."""
-        page, texts, found = self.page, self.texts, self.run
-        names = {name: f"{name}: {what}" for name, what in found.tables.items()}
-        if not names:
-            note(texts("result.not_computed"), "meaning")
-            return
-
-        async def show(name: str) -> None:
-            table = await page.ask(place, found.table, name)
-            if table is None:
-                return
-            columns = [(column, table[column]) for column in table.columns if table[column].ndim == 1]
-            rows = [tuple(cell_words(values[row]) for _, values in columns)
-                    for row in range(min(len(table), _MOST_ROWS))]  # fmt: skip
-            with place:
-                note(texts("result.rows", shown=len(rows), number=len(table)))
-                shown_facts(rows, [column for column, _ in columns])
-
-        async def workbook() -> None:
-            name = f"{found.path.name}_tables.xlsx"
-            if await page.ask(place, found.write_tables, file := page.session.space.state(name)) is not None:
-                ui.download.content(file.read_bytes(), name)
-                file.unlink()
-
-        choose(texts("result.table"), names, None, show)
-        act(texts("result.workbook"), "workbook", workbook)
-        place = box()
-
     def files(self) -> None:
         """Every file of the run."""
         with box("list", "ul"):
@@ -288,11 +258,3 @@ class _Parts:
                     ui.link(file.name, f"{self._address(file.name)}?save=1")
                     note(f"{file.stat().st_size / 1e3:,.0f} kB")
         note(self.texts("result.folder", path=str(self.path)))
-
-
-def cell_words(value: Any) -> str:  # noqa: ANN401 - of a NumPy array
-    """A value of a table as the pages show it."""
-    plain = value.item() if hasattr(value, "item") else value
-    if isinstance(plain, float):
-        return "–" if math.isnan(plain) else number(plain, 5)
-    return plain.decode("utf-8", "replace") if isinstance(plain, bytes) else str(plain)
