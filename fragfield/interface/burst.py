@@ -52,8 +52,6 @@ class Burst:
 
     Attributes
     ----------
-    summary : Burst of fragfield.results.burst, optional
-        The part of the summary: cells, steps, masses, speeds, energy and momentum errors; None where it is lost.
     time : float
         Time at its end (s).
     nodes : dict
@@ -70,7 +68,7 @@ class Burst:
         Whether the cells are those of a meridian.
     """
 
-    summary: BurstPart | None
+    part: BurstPart | None
     time: float
     nodes: dict[str, NDArray[np.float64]]
     cells: dict[str, NDArray[Any]]
@@ -79,16 +77,21 @@ class Burst:
     planes: list[SymmetryPlane]
     is_axisymmetric: bool
 
+    @property
+    def summary(self) -> BurstPart:
+        """The part of the summary: cells, steps, masses, speeds, energy and momentum errors."""
+        if self.part is None:
+            raise InputError("summary.json has no burst; run `fragfield burst` again")
+        return self.part
+
     def __repr__(self) -> str:
-        return f"<fragfield.Burst to {self.time * 1e6:.4g} us: {len(self.cells['nodes'])} casing cells>"
+        return f"<fragfield.Burst to {self.time * 1e6:.4g} us: {self.summary.cells} cells>"
 
     def __str__(self) -> str:
         names = ", ".join(one.name for one in self.rounds)
-        text = f"burst of {names} to {self.time * 1e6:.4g} us"
-        if (found := self.summary) is None:
-            return text
+        found = self.summary
         return (
-            f"{text}: {found.cells} cells, {found.steps} steps\n"
+            f"burst of {names} to {self.time * 1e6:.4g} us: {found.cells} cells, {found.steps} steps\n"
             f"  mean initial speed of the casing {found.mean_initial_speed:.0f} m/s, energy error "
             f"{100.0 * found.energy_error:.2g} %"
         )
@@ -102,7 +105,7 @@ def read_burst(path: Path, summary: BurstPart | None) -> Burst:
             nodes, cells = _mesh(file, str(path), GEOMETRIES.get(geometry, 4))
             groups = [file["rounds"][name] for name in sorted(file["rounds"], key=int)]
             return Burst(
-                summary=summary,
+                part=summary,
                 time=float(file.attrs["time"]),
                 nodes=nodes,
                 cells=cells,

@@ -104,7 +104,7 @@ class Run:
     def burst(self) -> Burst:
         """The burst: casing and charge at its end, and histories; raises InputError where it has not been run."""
         self._file("burst_snapshot.h5", "burst")
-        if self.snapshot is None or self.snapshot.summary is None:
+        if self.snapshot is None or self.snapshot.part is None:
             raise InputError(f"{self.path}: summary.json has no burst; run `fragfield burst` again")
         return self.snapshot
 
