@@ -90,7 +90,7 @@ def write_report(run_dir: Path | str, path: Path | str | None = None, *, picture
         No run directory, a damaged file in it, or no right to write.
     """
     run = Run(run_dir)
-    run.require()
+    run.read_whole()
     target = Path(path) if path is not None else run.path / "report.html"
     names = [name for name in FIGURES if not name.startswith("uncertainty_") or run.study]
     written = _write(run, target, SECTIONS, names, pictures=pictures)
