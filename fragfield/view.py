@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fragfield.errors import EXIT_INPUT, InputError
-from fragfield.interface.results import Run
 from fragfield.report.figures.drawing import SPEED_MAP, round_length
+from fragfield.results.run import StoredRun
 from fragfield_base.writing import write_bytes
 from fragfield_base.xdmf import check_xdmf
 
@@ -45,7 +45,7 @@ def view_run(run_directory: Path | str, folder: Path | str | None = None) -> lis
 
     Raises InputError: neither burst nor break-up has been run, a file is damaged, or VTK cannot draw here.
     """
-    run = Run(run_directory)
+    run = StoredRun(run_directory)
     run.require()
     if run.snapshot is None and run.launched is None:
         raise InputError(f"{run.path}: nothing to show; run `fragfield burst` or `fragfield break-up` first")
@@ -89,7 +89,7 @@ def picture_fault() -> str:
     )
 
 
-def burst_sections(run: Run) -> list[tuple[float, pyvista.PolyData, pyvista.PolyData]]:
+def burst_sections(run: StoredRun) -> list[tuple[float, pyvista.PolyData, pyvista.PolyData]]:
     """Time (s), section coloured by `speed` (m/s) and outline of the casings, halfway and at the end of the burst.
 
     Images behind planes of symmetry are cut with the rounds; of an axisymmetric burst both sides of the meridian are
@@ -174,7 +174,7 @@ def _axis_of_section(burst: Burst, where: str) -> float:
     return min(places, key=lambda y: (round(abs(y - middle), 6), y))
 
 
-def _burst(run: Run) -> pyvista.Plotter:
+def _burst(run: StoredRun) -> pyvista.Plotter:
     sections = burst_sections(run)
     fastest = max(float(section.point_data["speed"].max()) for _, section, _ in sections) or 1.0
     plotter = _plotter((1, len(sections)), (600, 640))

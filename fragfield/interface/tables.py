@@ -146,15 +146,15 @@ def _arena(folder: Path) -> Mapping[str, Any]:
 
 
 def _history(folder: Path) -> Mapping[str, Any]:
-    from fragfield.interface.results import Run
+    from fragfield.results.run import StoredRun
 
-    return Run(folder).history
+    return StoredRun(folder).history
 
 
 def _along(folder: Path) -> Mapping[str, Any]:
-    from fragfield.interface.results import Run
+    from fragfield.results.run import StoredRun
 
-    rounds = Run(folder).rounds
+    rounds = StoredRun(folder).rounds
     if not rounds:
         return {}
     joined = np.concatenate([one.along for one in rounds])

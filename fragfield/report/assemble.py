@@ -17,11 +17,11 @@ from fragfield.case.conversion.surroundings import direction_words
 from fragfield.errors import EXIT_INPUT, InputError
 from fragfield.hazard.to_apply import USES
 from fragfield.hazard.verdict import criterion_words, part_text
-from fragfield.interface.results import Run
 from fragfield.numbers import SPACE, number
 from fragfield.report.figures.registered import FIGURES
 from fragfield.report.map_page import write_map
 from fragfield.report.sections import SECTIONS, STUDY, Section, catalogue, digest_of
+from fragfield.results.run import StoredRun
 from fragfield.results.words import margin_metres, rounded_metres, whole_metres
 from fragfield.version import __version__
 from fragfield.view import picture_fault
@@ -89,7 +89,7 @@ def write_report(run_dir: Path | str, path: Path | str | None = None, *, picture
     InputError
         No run directory, a damaged file in it, or no right to write.
     """
-    run = Run(run_dir)
+    run = StoredRun(run_dir)
     run.read_whole()
     target = Path(path) if path is not None else run.path / "report.html"
     names = [name for name in FIGURES if not name.startswith("uncertainty_") or run.study]
@@ -104,14 +104,14 @@ def write_uncertainty_page(folder: Path, run_directory: Path, found: Uncertainty
     `folder`: the study's; `run_directory`: the nominal run, for title, document number and version; `found`:
     what the samples say.
     """
-    run = Run(run_directory)
+    run = StoredRun(run_directory)
     run.study = found
     target = folder / "uncertainty.html"
     _write(run, target, STUDY, [name for name in FIGURES if name.startswith("uncertainty_")], pictures=False)
     return target
 
 
-def _write(run: Run, target: Path, sections: Sequence[Section], names: Sequence[str], *, pictures: bool) -> str:
+def _write(run: StoredRun, target: Path, sections: Sequence[Section], names: Sequence[str], *, pictures: bool) -> str:
     written = datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC")
     try:
         drawn = _draw(run, target.parent / "figures", names, pictures=pictures)
@@ -122,7 +122,7 @@ def _write(run: Run, target: Path, sections: Sequence[Section], names: Sequence[
     return written
 
 
-def _draw(run: Run, folder: Path, names: Sequence[str], *, pictures: bool) -> dict[str, _Illustration]:
+def _draw(run: StoredRun, folder: Path, names: Sequence[str], *, pictures: bool) -> dict[str, _Illustration]:
     folder.mkdir(parents=True, exist_ok=True)
     drawing: AbstractContextManager[Callable[[], str]] = _pictures(run, folder) if pictures else nullcontext(lambda: "")
     found = {}
@@ -142,7 +142,7 @@ def _draw(run: Run, folder: Path, names: Sequence[str], *, pictures: bool) -> di
 
 
 @contextmanager
-def _pictures(run: Run, folder: Path) -> Iterator[Callable[[], str]]:
+def _pictures(run: StoredRun, folder: Path) -> Iterator[Callable[[], str]]:
     """Have the pictures drawn beside, where a driver that ends VTK's process does not end this one.
 
     Gives a function that waits for them and returns why there are none, or nothing.
@@ -170,7 +170,7 @@ def _uri(data: bytes, kind: str) -> str:
     return f"data:image/{kind};base64,{base64.b64encode(data).decode('ascii')}"
 
 
-def _render(run: Run, sections: Sequence[Section], drawn: Mapping[str, _Illustration], written: str) -> str:
+def _render(run: StoredRun, sections: Sequence[Section], drawn: Mapping[str, _Illustration], written: str) -> str:
     environment, document = _environment(), run.document
     numbered: list[str] = []
 
@@ -200,7 +200,7 @@ def _render(run: Run, sections: Sequence[Section], drawn: Mapping[str, _Illustra
     )  # fmt: skip
 
 
-def _body(run: Run, section: Section, environment: Environment, every: Mapping[str, Any]) -> str | None:
+def _body(run: StoredRun, section: Section, environment: Environment, every: Mapping[str, Any]) -> str | None:
     """A section by its template, the word that its stage has not been run, or nothing."""
     if section.stage in run.missing:
         words = f"<p>Not computed: the stage “{section.stage}” has not been run in this directory.</p>"
@@ -277,7 +277,7 @@ def css_text(text: str) -> str:
     return " ".join(safe.split("\t"))
 
 
-def identity_line(run: Run) -> str:
+def identity_line(run: StoredRun) -> str:
     """Classification, number and revision, as far as the case gives them, and the digest of the run's numbers."""
     document = run.document
     revision = f"revision {document.revision}" if document.revision else ""

@@ -11,7 +11,7 @@ from fragfield.numbers import number
 from fragfield_base.substances import substance_key
 
 if TYPE_CHECKING:
-    from fragfield.interface.results import Run
+    from fragfield.results.run import StoredRun
 
 
 class Comparison(NamedTuple):
@@ -51,7 +51,7 @@ def evidence() -> Evidence:
     return Evidence(**found | {"comparisons": [Comparison(**one) for one in found.pop("comparisons")]})
 
 
-def subjects_of(run: Run) -> set[str]:
+def subjects_of(run: StoredRun) -> set[str]:
     """What a run has, in the words of the comparisons."""
     found, case = {"flight"}, run.values
     if "burst" not in run.expected_stages or case is None or case.burst is None:
@@ -70,14 +70,14 @@ def subjects_of(run: Run) -> set[str]:
     return found
 
 
-def bearing(run: Run) -> list[Comparison]:
+def bearing(run: StoredRun) -> list[Comparison]:
     """Comparisons whose subjects a run has all: of what only such runs have first, then the nearest to a distance."""
     own = subjects_of(run)
     fitting = (one for one in evidence().comparisons if own.issuperset(one.subjects))
     return sorted(fitting, key=lambda one: -len(one.subjects))
 
 
-def validation_words(run: Run) -> tuple[Literal["warning", "note", "good"], str]:
+def validation_words(run: StoredRun) -> tuple[Literal["warning", "note", "good"], str]:
     """The weight and the words of what the checks mean for a run."""
     (passed, judged), versions, revisions, _ = evidence()
     version, revision = (run.provenance.get(key, "") for key in ("program_version", "revision"))

@@ -18,10 +18,10 @@ from fragfield.results.words import certainty
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from fragfield.interface.results import Run
     from fragfield.results.break_up import FragmentTest, MeanMass
     from fragfield.results.burst import Burst
     from fragfield.results.hazard import Hazard
+    from fragfield.results.run import StoredRun
 
 
 Weight = Literal["stop", "warning", "note", "good"]
@@ -53,7 +53,7 @@ _OVERLAPS = (
 )
 
 
-def _limit(run: Run) -> tuple[float, str]:
+def _limit(run: StoredRun) -> tuple[float, str]:
     """Imbalance of energy above which a burst is not to be used, and its words.
 
     That at which the burst stops, `burst.energy_tolerance`, but never more than 5 %: a tolerance that was raised so
@@ -65,7 +65,7 @@ def _limit(run: Run) -> tuple[float, str]:
     return _MOST_IMBALANCE, f"above {100 * _MOST_IMBALANCE:g} %"
 
 
-def ledger_findings(run: Run) -> Iterator[Finding]:
+def ledger_findings(run: StoredRun) -> Iterator[Finding]:
     """How well the energy ledger closes, and what the products gave."""
     if (burst := run.summary.burst) is None:
         return
@@ -115,7 +115,7 @@ def _energy_of_contact(burst: Burst, limit: float, above: str) -> Iterator[Findi
         yield Finding("good", f"{text} (aim: 1 %).")
 
 
-def _hourglass(run: Run) -> Iterator[Finding]:
+def _hourglass(run: StoredRun) -> Iterator[Finding]:
     taken, work = (run.history.get(name) for name in ("hourglass", "products_work"))
     if taken is None or work is None or not len(work) or not work[-1] > 0.0:
         return
@@ -128,7 +128,7 @@ def _hourglass(run: Run) -> Iterator[Finding]:
         )
 
 
-def burst_findings(run: Run) -> Iterator[Finding]:
+def burst_findings(run: StoredRun) -> Iterator[Finding]:
     """Lost and folded cells, torn metal, thin walls, contact, and an end of the burst that comes too early."""
     if (burst := run.summary.burst) is None:
         return
@@ -204,7 +204,7 @@ def _unreacted(burst: Burst) -> Iterator[Finding]:
             )
 
 
-def _contact_findings(run: Run, burst: Burst) -> Iterator[Finding]:
+def _contact_findings(run: StoredRun, burst: Burst) -> Iterator[Finding]:
     overlaps = [(words, float(getattr(burst.contact, name)), aim) for name, words, aim in _OVERLAPS]
     size = burst.cell_size
     if run.values is not None and not run.values.plane:
@@ -218,7 +218,7 @@ def _contact_findings(run: Run, burst: Burst) -> Iterator[Finding]:
         yield Finding("good", f"Surfaces in contact overlap by at most {100 * largest:.2g} % of a cell.")
 
 
-def _passed_findings(run: Run, burst: Burst) -> Iterator[Finding]:
+def _passed_findings(run: StoredRun, burst: Burst) -> Iterator[Finding]:
     if run.values is None or not (run.values.plane or len(run.values.round) > 1):
         return
     passed = burst.passed_through
@@ -239,7 +239,7 @@ _REJECTED = 0.05  # of probability; the break-up widens the standard error there
 _COMPLETE = (0.8, 1.05)  # mass of the pieces over that of the law in the same range
 
 
-def break_up_findings(run: Run) -> Iterator[Finding]:
+def break_up_findings(run: StoredRun) -> Iterator[Finding]:
     """Mass, momentum and energy of the fragments against the burst, and how well the mean mass is known."""
     if (broken := run.summary.break_up) is None:
         return
@@ -339,7 +339,7 @@ _ADVICE = {
 _MOST_TOLERANCES = 3.0  # of hazard.tolerance, that the cells may add
 
 
-def flight_findings(run: Run) -> Iterator[Finding]:
+def flight_findings(run: StoredRun) -> Iterator[Finding]:
     """Certainty of the distance, and fragments outside the drag table or still in the air."""
     if run.summary.hazard:
         yield from _certainty(run.summary.hazard)
@@ -379,7 +379,7 @@ def _certainty(hazard: Hazard) -> Iterator[Finding]:
         yield Finding("note", text)
 
 
-def convergence_findings(run: Run) -> Iterator[Finding]:
+def convergence_findings(run: StoredRun) -> Iterator[Finding]:
     """How far the cells, apart from randomness, leave the expected distance open."""
     found, hazard = run.summary.convergence, run.summary.hazard
     if found is None or hazard is None or not hazard.determined:
@@ -398,7 +398,7 @@ def convergence_findings(run: Run) -> Iterator[Finding]:
         yield Finding("good", f"{text} (grid convergence, in addition to its statistical error).")
 
 
-def imprint_findings(run: Run) -> Iterator[Finding]:
+def imprint_findings(run: StoredRun) -> Iterator[Finding]:
     """Numbers that differ between neighbouring sectors far more than randomness explains: the mesh may show."""
     for witness in run.summary.witness or ():
         hits = np.array([sector.hits for sector in witness.by_azimuth], dtype=float)
@@ -422,7 +422,7 @@ _JUDGED = {"certainty", "contact_energy", "drag_table", "no_end", "passed_throug
 """Codes of recorded warnings whose matter is judged here from numbers."""
 
 
-def findings(run: Run) -> list[Finding]:
+def findings(run: StoredRun) -> list[Finding]:
     """All findings of a run, the gravest first."""
     found = [
         *_stages(run),
@@ -438,14 +438,14 @@ def findings(run: Run) -> list[Finding]:
     return sorted(found, key=lambda item: _ORDER[item.weight])
 
 
-def _stages(run: Run) -> list[Finding]:
+def _stages(run: StoredRun) -> list[Finding]:
     if not run.missing:
         return []
     names = ", ".join(run.missing)
     return [Finding("warning", f"Not yet run: {names}. Results that depend on it are missing below.")]
 
 
-def _recorded(run: Run) -> list[Finding]:
+def _recorded(run: StoredRun) -> list[Finding]:
     found = list(doubts(run.values, burst=run.fragments_file is None)) if run.values is not None else []
     found += [one.text for one in run.summary.findings if one.code not in _JUDGED]
     return [Finding("warning", _sentence(text)) for text in dict.fromkeys(found)]

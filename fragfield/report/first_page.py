@@ -14,10 +14,10 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from fragfield.case import CaseTable
-    from fragfield.interface.results import Run
+    from fragfield.results.run import StoredRun
 
 
-def what_was_computed(run: Run) -> Iterator[Row]:
+def what_was_computed(run: StoredRun) -> Iterator[Row]:
     """The rows of the arrangement and its site: "What was computed"."""
     case = run.values
     if run.fragments_file is not None:
@@ -46,7 +46,7 @@ def what_was_computed(run: Run) -> Iterator[Row]:
         yield Row("Realisations", number(hazard.realisations))
 
 
-def _rounds(run: Run) -> Iterator[Row]:
+def _rounds(run: StoredRun) -> Iterator[Row]:
     kinds: dict[tuple[str, str, str], list[str]] = {}
     for item in run.rounds:
         casing, charge = number(item.casing_mass, 3), number(item.charge_mass, 3)

@@ -16,10 +16,10 @@ from fragfield_base.writing import write_text
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from fragfield.interface.results import Run
+    from fragfield.results.run import StoredRun
 
 
-def map_data(run: Run) -> dict[str, Any] | None:
+def map_data(run: StoredRun) -> dict[str, Any] | None:
     """What the page draws, in metres of the site's frame; None where there is no map."""
     found = site_shapes(run)
     if found is None:
@@ -55,7 +55,7 @@ def map_data(run: Run) -> dict[str, Any] | None:
     }
 
 
-def write_map(run: Run, path: Path, *, identity: str, written: str) -> bool:
+def write_map(run: StoredRun, path: Path, *, identity: str, written: str) -> bool:
     """Write the page; False where there is no map.
 
     `run`: the run; `path`: the page; `identity`: document number, revision and classification; `written`: when.

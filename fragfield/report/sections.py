@@ -30,11 +30,11 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
     from pathlib import Path
 
-    from fragfield.interface.results import Run
     from fragfield.quantities import Quantity
     from fragfield.results.convergence import ConvergedQuantity
+    from fragfield.results.run import StoredRun
 
-    Context = Callable[[Run], dict[str, Any] | None]
+    Context = Callable[[StoredRun], dict[str, Any] | None]
 
 
 @dataclass(frozen=True)
@@ -75,7 +75,7 @@ _MOST_SITES = 8  # that the first page shows
 
 
 @section("decision", "Decision")
-def _decision(run: Run) -> dict[str, Any]:
+def _decision(run: StoredRun) -> dict[str, Any]:
     entries = sorted(run.summary.exposed or (), key=lambda one: _GRAVEST.index(one.verdict))
     left, to_apply = len(entries) - _MOST_SITES, run.summary.distance_to_apply
     return {
@@ -92,7 +92,7 @@ def _decision(run: Run) -> dict[str, Any]:
     }
 
 
-def _decided(run: Run) -> Iterator[tuple[str, str, str, str]]:
+def _decided(run: StoredRun) -> Iterator[tuple[str, str, str, str]]:
     if part := run.summary.distance_to_apply:
         yield "Distance to apply", part.distances, "", ""
     hazard, shown = run.summary.hazard, headline(run.summary.hazard)
@@ -100,7 +100,7 @@ def _decided(run: Run) -> Iterator[tuple[str, str, str, str]]:
     yield "Computed: recommended distance", shown.value, shown.unit, f"{shown.note}{basis}"
 
 
-def prescribed_lines(run: Run) -> Iterator[tuple[str, str, str]]:
+def prescribed_lines(run: StoredRun) -> Iterator[tuple[str, str, str]]:
     """Distances that an authority publishes for the round, and the largest rule in range of each kind."""
     official, listed = run.summary.official, run.summary.rules.rules if run.summary.rules else ()
     if official and official.hazardous_fragment_distance is not None:
@@ -120,12 +120,12 @@ def prescribed_lines(run: Run) -> Iterator[tuple[str, str, str]]:
 
 
 @section("rounds", "Rounds")
-def _rounds(run: Run) -> dict[str, Any] | None:
+def _rounds(run: StoredRun) -> dict[str, Any] | None:
     return {} if run.fragments_file is None else None
 
 
 @section("hazard", "Distances and site", stage="flight")
-def _hazard(run: Run) -> dict[str, Any]:
+def _hazard(run: StoredRun) -> dict[str, Any]:
     hazard, broken = run.summary.hazard, run.summary.break_up
     note = (
         f"{RULE} ± is the standard error: over the sets of points of an integral or of weighted fragments, else over "
@@ -144,7 +144,7 @@ def _hazard(run: Run) -> dict[str, Any]:
 
 
 @section("warnings", "Warnings, checks and limits")
-def _warnings(run: Run) -> dict[str, Any]:
+def _warnings(run: StoredRun) -> dict[str, Any]:
     terms = (terms,) if (terms := statements.summary_terms(run)) else ()
     return {
         "found": findings(run),
@@ -155,19 +155,19 @@ def _warnings(run: Run) -> dict[str, Any]:
 
 
 @section("fragments", "Fragments", stage="break-up")
-def _fragments(run: Run) -> dict[str, Any]:
+def _fragments(run: StoredRun) -> dict[str, Any]:
     test = run.summary.break_up.mean_mass.test if run.summary.break_up else None
     groups = counted_groups(test) if test else []
     return {"test": test, "groups": [(name, number(seen, 4), number(known, 4)) for name, seen, known in groups]}
 
 
 @section("speeds", "Burst and speeds", stage="burst")
-def _speeds(run: Run) -> dict[str, Any] | None:
+def _speeds(run: StoredRun) -> dict[str, Any] | None:
     return {} if "burst" in run.expected_stages else None
 
 
 @section("convergence", "Grid convergence", stage="flight")
-def _convergence(run: Run) -> dict[str, Any] | None:
+def _convergence(run: StoredRun) -> dict[str, Any] | None:
     if "burst" not in run.expected_stages:
         return None
     found, burst = run.summary.convergence, run.summary.burst
@@ -202,7 +202,7 @@ section("uncertainty", "Uncertainty of the inputs")(study)
 
 
 @section("distances", "Rules and exposed sites", annex=True)
-def _rules(run: Run) -> dict[str, Any] | None:
+def _rules(run: StoredRun) -> dict[str, Any] | None:
     """The distance of every rule and what it rests on, all numbers of every exposed site, and how walls were judged."""
     rules, entries = run.summary.rules, run.summary.exposed or ()
     if rules is None and not entries:
@@ -226,7 +226,7 @@ def _rules(run: Run) -> dict[str, Any] | None:
 
 
 @section("flight", "Flight", annex=True)
-def _flight(run: Run) -> dict[str, Any] | None:
+def _flight(run: StoredRun) -> dict[str, Any] | None:
     flight = run.summary.flight
     if flight is None:
         return None
@@ -244,7 +244,7 @@ def _flight(run: Run) -> dict[str, Any] | None:
 
 
 @section("break-up", "Break-up", stage="break-up", annex=True)
-def _break_up(run: Run) -> dict[str, Any] | None:
+def _break_up(run: StoredRun) -> dict[str, Any] | None:
     if (launched := run.launched) is None:
         return None
     mass, speed = launched.mass, launched.speed
@@ -259,7 +259,7 @@ def _break_up(run: Run) -> dict[str, Any] | None:
 
 
 @section("burst", "Burst", stage="burst", annex=True)
-def _burst(run: Run) -> dict[str, Any] | None:
+def _burst(run: StoredRun) -> dict[str, Any] | None:
     from burst_fenicsx.symmetry import symmetry_words
 
     burst = run.summary.burst
@@ -304,7 +304,7 @@ _EXPOSURE_NOTE = (
 
 
 @section("validation", "Validation of this version", annex=True)
-def _validation(run: Run) -> dict[str, Any]:
+def _validation(run: StoredRun) -> dict[str, Any]:
     rows = evidence.bearing(run)
     sources = dict.fromkeys(f"{one.case}: {one.source}" for one in rows)
     return {
@@ -315,7 +315,7 @@ def _validation(run: Run) -> dict[str, Any]:
 
 
 @section("provenance", "Versions and files", annex=True)
-def _provenance(run: Run) -> dict[str, Any]:
+def _provenance(run: StoredRun) -> dict[str, Any]:
     known = {
         "program": "Program", "program_version": "Version", "revision": "Revision", "date": "Date (UTC)",
         "seed": "Seed", "platform": "Platform",
@@ -339,12 +339,12 @@ def digest_of(path: Path) -> str:
 
 
 @section("inputs", "Inputs as resolved", annex=True)
-def _inputs(run: Run) -> dict[str, Any]:
+def _inputs(run: StoredRun) -> dict[str, Any]:
     return {"case_text": None if run.values is None else run.case_text}
 
 
 @section("attitudes", "Distance by attitude", annex=True)
-def _attitudes(run: Run) -> dict[str, Any] | None:
+def _attitudes(run: StoredRun) -> dict[str, Any] | None:
     curve = run.summary.hazard.attitude.curve if run.summary.hazard else ()
     if not curve:
         return None
@@ -364,6 +364,6 @@ def _attitudes(run: Run) -> dict[str, Any] | None:
     return {"head": head, "lines": lines}
 
 
-def catalogue(run: Run, *parts: str) -> Iterable[Row]:
+def catalogue(run: StoredRun, *parts: str) -> Iterable[Row]:
     """What the catalogue lists of parts of the summary in a report."""
     return [line for one in shown("report", *parts) for line in one.rows(run.summary)]

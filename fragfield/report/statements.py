@@ -15,9 +15,9 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from fragfield.case import CaseTable
-    from fragfield.interface.results import Run
     from fragfield.report.evidence import Comparison
     from fragfield.report.findings import Finding
+    from fragfield.results.run import StoredRun
 
 
 _MEANS = {
@@ -27,7 +27,7 @@ _MEANS = {
 }
 
 
-def summary_terms(run: Run) -> str:
+def summary_terms(run: StoredRun) -> str:
     """What the recommended distance and its parts are; nothing before there is one."""
     criteria, hazard = run.criteria, run.summary.hazard
     if hazard is None:
@@ -56,12 +56,12 @@ def summary_terms(run: Run) -> str:
     return f"{text}Distances are measured from the origin given in the case."
 
 
-def limits(run: Run) -> tuple[str, ...]:
+def limits(run: StoredRun) -> tuple[str, ...]:
     """What the result does not cover: only what holds for the case at hand."""
     return tuple(_limits(run))
 
 
-def _limits(run: Run) -> Iterator[str]:
+def _limits(run: StoredRun) -> Iterator[str]:
     yield (
         "Fragments of the casings only: no blast, heat or ground shock, no debris of buildings, vehicles or soil, no "
         "secondary fragments."
@@ -83,7 +83,7 @@ def _limits(run: Run) -> Iterator[str]:
         yield from _of_flight(run.values, several=many_rounds(run))
 
 
-def _of_burst(run: Run) -> Iterator[str]:
+def _of_burst(run: StoredRun) -> Iterator[str]:
     if many_rounds(run):
         yield (
             "Every round is assumed to detonate as specified in the case; whether and when neighbours are "
@@ -146,7 +146,7 @@ def _names_of_obstacles(case: CaseTable) -> str:
     return ", ".join(names) if len(names) <= 6 else f"{', '.join(names[:6])} and {len(names) - 6} more"
 
 
-def many_rounds(run: Run) -> bool:
+def many_rounds(run: StoredRun) -> bool:
     """Whether several rounds burst, those behind planes of symmetry among them."""
     if run.values is None:
         return len(run.rounds) > 1
@@ -172,14 +172,14 @@ _DIFFERS = {"m107_1944": "; counted over the whole sphere without gravity: besid
 """How the quantity of a study differs from that of a run."""
 
 
-def reasons_for(run: Run) -> list[str]:
+def reasons_for(run: StoredRun) -> list[str]:
     """Checks that passed: validation by measurement, grid, number of realisations, energy."""
     checks = chain(convergence_findings(run), flight_findings(run), ledger_findings(run), burst_findings(run))
     passed = (item.text for item in checks if item.weight == "good")
     return _three(chain(islice(_measured(run, close=True), 1), passed))
 
 
-def reasons_against(run: Run, found: Sequence[Finding]) -> list[str]:
+def reasons_against(run: StoredRun, found: Sequence[Finding]) -> list[str]:
     """What was found wrong or doubtful, the gravest first; then missed checks of the validation and limits."""
     grave = [item.text for item in found if item.weight in ("stop", "warning")]
     more = len(grave) - _EACH
@@ -200,13 +200,13 @@ def _first_sentence(text: str) -> str:
     return f"{head}." if point else text
 
 
-def _fitting(run: Run) -> list[Comparison]:
+def _fitting(run: StoredRun) -> list[Comparison]:
     """Comparisons that bear on the run; a single round says nothing of what neighbours do to each other."""
     several = many_rounds(run)
     return [one for one in bearing(run) if not several or {"stack", "collision"}.intersection(one.subjects)]
 
 
-def _measured(run: Run, *, close: bool) -> Iterator[str]:
+def _measured(run: StoredRun, *, close: bool) -> Iterator[str]:
     """By study, of those with all comparisons `close` or of the others: that of the median error, and the largest."""
     rows = _fitting(run)
     for study in dict.fromkeys(row.case for row in rows):
@@ -221,7 +221,7 @@ def _measured(run: Run, *, close: bool) -> Iterator[str]:
         )
 
 
-def _missed(run: Run) -> Iterator[str]:
+def _missed(run: StoredRun) -> Iterator[str]:
     missed = [(abs(row.error) / row.tolerance, row) for row in _fitting(run) if row.tolerance]
     for times, row in sorted(missed, key=lambda one: -one[0]):
         if times > 1.0:
@@ -230,6 +230,6 @@ def _missed(run: Run) -> Iterator[str]:
             yield f"Validation {row.case}: {row.quantity} {ours}, in the test {theirs} {known}."
 
 
-def _left_out(run: Run) -> Iterator[str]:
+def _left_out(run: StoredRun) -> Iterator[str]:
     for name, why in run.summary.hazard.not_included.items() if run.summary.hazard else ():
         yield f"The recommended distance does not include the part “{PARTS[name]}”: {why}."

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from burst_fenicsx.geometry import Profile
     from fragfield.case import CaseTable
-    from fragfield.interface.results import Run
+    from fragfield.results.run import StoredRun
 
 
 _STATIONS, _AROUND = 41, 36  # of a round's surface
@@ -143,7 +143,7 @@ def _hull(points: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.asarray(points[ConvexHull(points).vertices])
 
 
-def _plan(run: Run, vertical: int, title: str) -> str | None:
+def _plan(run: StoredRun, vertical: int, title: str) -> str | None:
     if run.values is None or run.fragments_file is not None or not run.values.round:
         return None
     return svg_file(plan_svg(run.values, vertical, title)) or None

@@ -12,7 +12,7 @@ from fragfield.report.figures.drawing import ACCENT, GREY, INK, LINES, figure, n
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from fragfield.interface.results import Run
+    from fragfield.results.run import StoredRun
 
 
 _FEW_ROUNDS = 3  # of which the largest speed is drawn as well
@@ -32,7 +32,7 @@ _LEDGER = {
     "Casing speed at the end of the burst against the station from the nose, as a fraction of the length: mean by "
     "mass, and largest cell, of each axial bin. Dotted lines separate the segments.",
 )  # fmt: skip
-def _speed_along_round(run: Run) -> Figure | None:
+def _speed_along_round(run: StoredRun) -> Figure | None:
     if not run.rounds:
         return None
     figure, (axis,) = new_figure(height=2.8)
@@ -59,7 +59,7 @@ def _speed_along_round(run: Run) -> Figure | None:
     return figure
 
 
-def _mark_segments(axis: object, run: Run) -> None:
+def _mark_segments(axis: object, run: StoredRun) -> None:
     """Limits and names of the first round's segments, where all rounds are cut alike."""
     first = run.rounds[0]
     length = first.length
@@ -85,7 +85,7 @@ def _mark_segments(axis: object, run: Run) -> None:
     "Mean speed of the casing by mass, and the largest over the stations of the azimuthal mean outer diameter. A "
     "dotted vertical line marks the time at which acceleration is complete.",
 )  # fmt: skip
-def _casing_over_time(run: Run) -> Figure | None:
+def _casing_over_time(run: StoredRun) -> Figure | None:
     if not {"time", "mean_casing_speed", "outer_diameter"} <= set(run.history):
         return None
     time = run.history["time"] * 1e6
@@ -108,7 +108,7 @@ def _casing_over_time(run: Run) -> Figure | None:
     "energy_ledger", "Energy ledger over time",
     "Work of the products and how it is distributed; below, the imbalance of the sum.",
 )  # fmt: skip
-def _energy_ledger(run: Run) -> Figure | None:
+def _energy_ledger(run: StoredRun) -> Figure | None:
     if not {"time", "products_work", "energy_error"} <= set(run.history):
         return None
     time = run.history["time"] * 1e6
@@ -140,7 +140,7 @@ def _energy_ledger(run: Run) -> Figure | None:
     "Each value divided by that of this run (vertical line), with its statistical error; open circles at zero: limits, "
     "where an order was observed.",
 )  # fmt: skip
-def _convergence_figure(run: Run) -> Figure | None:
+def _convergence_figure(run: StoredRun) -> Figure | None:
     found, burst = run.summary.convergence, run.summary.burst
     if found is None or burst is None or len(found.sizes or ()) < 2:
         return None

@@ -13,8 +13,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from numpy.typing import NDArray
 
-    from fragfield.interface.results import Run
     from fragfield.results.break_up import Segment
+    from fragfield.results.run import StoredRun
 
 
 @figure(
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     + (": law (lines) and sample (circles), in total and by segment." if run.fragments_file is None
        else ", first realisation."),
 )  # fmt: skip
-def _number_by_mass(run: Run) -> Figure | None:
+def _number_by_mass(run: StoredRun) -> Figure | None:
     if (launched := run.launched) is None or not len(launched):
         return None
     rounds = run.summary.break_up.rounds if run.summary.break_up else ()
@@ -72,7 +72,7 @@ def _law(axis: Axes, grid: NDArray[np.float64], number: Any, style: dict[str, An
     "polar_zones", "Fragments by polar zone",
     "Numbers and speeds of one round's fragments at launch by angle from the nose, as arena tests report them.",
 )  # fmt: skip
-def _zone_figure(run: Run) -> Figure | None:
+def _zone_figure(run: StoredRun) -> Figure | None:
     from flight.arena import ArenaTable
 
     path = run.path / "arena.csv"
@@ -104,7 +104,7 @@ def _zone_figure(run: Run) -> Figure | None:
     "Share of the first round's mass by direction of flight at the end of the burst: fragments of the first "
     "realisation (bars) and the velocity field of the casing from which they were made (line).",
 )  # fmt: skip
-def _directions(run: Run) -> Figure | None:
+def _directions(run: StoredRun) -> Figure | None:
     if run.summary.break_up is None or not run.summary.break_up.rounds:
         return None
     found = run.summary.break_up.rounds[0].directions

@@ -15,8 +15,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from numpy.typing import NDArray
 
-    from fragfield.interface.results import Run
     from fragfield.results.hazard import FlownAttitude
+    from fragfield.results.run import StoredRun
 
 
 _SHADE = 0.28  # of a band's colour: seen on paper, and two on each other still distinguished
@@ -29,7 +29,7 @@ _BESIDE = 1.6  # of the largest distance that the curve marks, up to which it is
     "landing_map", "Landing points",
     "Landing points of the fragments of the first realisation, seen from above, y upwards.",
 )  # fmt: skip
-def _landing_map(run: Run) -> Figure | None:
+def _landing_map(run: StoredRun) -> Figure | None:
     rows, limit = run.landed, run.criteria.energy
     if not len(rows):
         return None
@@ -58,7 +58,7 @@ def _landing_map(run: Run) -> Figure | None:
     return figure
 
 
-def _outline(axis: Axes, run: Run) -> None:
+def _outline(axis: Axes, run: StoredRun) -> None:
     """Where directions differ, the expected distance by direction, as its upper bound where it has one."""
     found = run.ensemble
     if found is None or found.undetermined or found.expected.direction is None:
@@ -88,7 +88,7 @@ def _ring(axis: Axes, radius: float, *, color: str, dashes: str, label: str, ang
     )  # fmt: skip
 
 
-def _density(run: Run, azimuth: float | None = None) -> Figure | None:
+def _density(run: StoredRun, azimuth: float | None = None) -> Figure | None:
     """Along the deciding direction with its band, or along another one (degrees) alone."""
     found = run.ensemble
     if found is None or not len(run.landed) or not found.expected.density.any():
@@ -140,7 +140,7 @@ figure(
 )(_density)  # fmt: skip
 
 
-def density_svg(run: Run, azimuth: float | None) -> str:
+def density_svg(run: StoredRun, azimuth: float | None) -> str:
     """The density curve along a direction (degrees; None: that which decides) as SVG within a page."""
     with drawing_style():
         drawn = _density(run, azimuth)
@@ -157,7 +157,7 @@ def _closed(values: NDArray[np.float64]) -> NDArray[np.float64]:
     lambda run: "Fragments that cross the witness surface over all realisations: median and band of 5 to 95 % by "
     f"sector, in degrees from +x counter-clockwise, seen from above{_of_x(run)}.",
 )  # fmt: skip
-def _polar_by_sector(run: Run) -> Figure | None:
+def _polar_by_sector(run: StoredRun) -> Figure | None:
     if run.summary.hazard and run.summary.hazard.basis == "all_azimuths":
         return None  # sectors differ from each other at random alone
     name = next((name for name, table in run.witness_ensemble.items() if table["hits"].any()), None)
@@ -197,7 +197,7 @@ def _around(axis: Axes, turn: NDArray[np.float64], each: NDArray[Any], label: st
         )  # fmt: skip
 
 
-def _of_x(run: Run) -> str:
+def _of_x(run: StoredRun) -> str:
     bearing = None if run.values is None else bearing_of(run.values, 0.0)
     return "" if bearing is None else f"; +x points to {direction_words(0.0, bearing)}"
 
@@ -207,7 +207,7 @@ def _of_x(run: Run) -> str:
     "Distance by the inclination of the rounds from upright, each in its worst direction; of an arrangement that is "
     "not axisymmetric the worst roll of each inclination.",
 )  # fmt: skip
-def _attitude_figure(run: Run) -> Figure | None:
+def _attitude_figure(run: StoredRun) -> Figure | None:
     hazard = run.summary.hazard
     if hazard is None or not hazard.attitude.curve:
         return None

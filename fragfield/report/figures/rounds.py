@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from burst_fenicsx.geometry.contour import Contour
     from burst_fenicsx.problem import Round
     from fragfield.case import CaseTable
-    from fragfield.interface.results import Run
+    from fragfield.results.run import StoredRun
 
 
 DRAWINGS = ("drawing_1", "drawing_2", "drawing_3", "plan", "elevation")
@@ -295,7 +295,7 @@ def svg_file(svg: str) -> str:
     )
 
 
-def _drawing(run: Run, at: int) -> str | None:
+def _drawing(run: StoredRun, at: int) -> str | None:
     """The drawing of a run's different round of that number; None where there is none, or it has no contour."""
     rounds = drawn_rounds(run.values) if run.values is not None and run.fragments_file is None else []
     if run.values is None or at >= len(rounds) or rounds[at].profile is None:
@@ -303,7 +303,7 @@ def _drawing(run: Run, at: int) -> str | None:
     return draw_round(rounds[at], expected_masses(run.values)[at])
 
 
-def _name_of(run: Run, at: int) -> str:
+def _name_of(run: StoredRun, at: int) -> str:
     return "" if run.values is None else f"Drawing of {drawn_rounds(run.values)[at].name}"
 
 
