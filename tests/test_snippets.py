@@ -169,7 +169,7 @@ def test_the_readme_runs_a_case_to_the_number_of_its_summary(tmp_path):
 def test_a_map_of_the_guide_is_read_as_the_page_shows(tmp_path):
     """Its case file, what `check` prints of the map, and the snippet, with a GeoTIFF in decimetres on UTM."""
     pytest.importorskip("rasterio")
-    from tests.flight.maps import metres, north_up, slope, write
+    from tests.fragfield.maps import metres, north_up, slope, write
 
     heights = np.rint(10.0 * slope(*north_up(half=2000.0))).astype("i2")
     write(tmp_path / "terrain.tif", heights, metres(half=2000.0), scales=(0.1,))

@@ -204,8 +204,8 @@ def written(folder: Path, case) -> Path:
 def test_a_map_finds_its_place_by_the_site(folder) -> None:
     """A GeoTIFF on UTM and [site]: x and y are metres on the ground along the site's bearing, about flight.origin."""
     pytest.importorskip("rasterio")
-    from tests.flight.maps import EARTH, north_up, slope, write
-    from tests.flight.maps import SITE as PLACE
+    from tests.fragfield.maps import EARTH, north_up, slope, write
+    from tests.fragfield.maps import SITE as PLACE
 
     write(folder / "hill.tif", slope(*north_up()).astype("f4"))
     site = f'[site]\nlatitude = "{EARTH[0]} deg"\nlongitude = "{EARTH[1] - 360.0} deg"\nbearing = "0 deg"\n'

@@ -86,11 +86,12 @@ def _read_map(
     earth: tuple[float, float, float] | None,
     changed: int,  # noqa: ARG001
 ) -> HeightMap:
-    from flight import HeightMap, InputError
+    from flight import InputError
+    from fragfield.places.maps import read_map
 
     datum: float | Literal["site"] = "site" if isinstance(table.datum, str) else table.datum
     try:
-        return HeightMap.read(
+        return read_map(
             path, site=table.site, earth=earth, datum=datum, holes=table.holes, band=table.band,
             height_unit=table.height_unit,
         )  # fmt: skip
