@@ -158,7 +158,7 @@ class Fragments:
         return cls(**arrays, round_names=names if agree else ())
 
     def write(self, path: str | Path, provenance: Mapping[str, str] | None = None) -> Path:
-        """Write fragments.h5 (or .csv, by the ending); `provenance` goes into its attributes, or beside it."""
+        """Write fragments.h5 (or .csv, by the ending); `provenance` goes into the attributes of the former."""
         arrays = {name: getattr(self, name) for name in ARRAYS}
         return files.write(arrays, self.round_names, Path(path), provenance or {})
 

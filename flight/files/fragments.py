@@ -36,7 +36,7 @@ def write(
 ) -> Path:
     """Write the `ARRAYS` of fragments as HDF5, or as CSV where the name ends so."""
     if path.suffix.lower() == ".csv":
-        return write_columns(path, fragment_columns(arrays), provenance)
+        return write_columns(path, fragment_columns(arrays))
     with creating(path, InputError) as file:
         write_attributes(file, FORMAT_NAME, FORMAT_VERSION, provenance)
         group = file.create_group("fragments")
