@@ -14,9 +14,7 @@ from flight.hazard.ensemble import EnsembleHazard
 from flight.hazard.exposed import Prism, count_exposed, surfaces_of
 from flight.hazard.flown import ensemble_hazard
 from flight.hazard.pool import FlightCounts, PooledFlights
-from flight.hazard.retardation import Retardation
 from flight.hazard.site import Site, compass_point
-from flight.hazard.tp12 import PolarField, beam_distance, effective_number, stack_distance
 
 __all__ = [
     "Criteria",
@@ -25,25 +23,20 @@ __all__ = [
     "EnsembleHazard",
     "ExpectedDistance",
     "FlightCounts",
-    "PolarField",
     "PolarGrid",
     "PooledFlights",
     "Prism",
-    "Retardation",
     "Site",
     "Tally",
-    "beam_distance",
     "by_azimuth",
     "compass_point",
     "contours_of",
     "count_exposed",
     "density_on",
-    "effective_number",
     "ensemble_hazard",
     "expected_distance",
     "density_counts",
     "hit_probability",
-    "stack_distance",
     "surfaces_of",
     "tally",
     "write_geojson",
