@@ -1,9 +1,8 @@
-"""Hazard from what landed and passed: densities, distances and their bounds, contours, exposed sites."""
+"""Hazard from what landed and passed: densities, distances and their bounds, exposed sites."""
 
 from __future__ import annotations
 
 from flight.fluence import PolarGrid
-from flight.hazard.contours import contours_of, write_geojson, write_kml
 from flight.hazard.criteria import Criteria, hit_probability
 from flight.hazard.density.density_counts import DensityGroups, density_counts
 from flight.hazard.density.directions import Directions
@@ -14,7 +13,6 @@ from flight.hazard.ensemble import EnsembleHazard
 from flight.hazard.exposed import Prism, count_exposed, surfaces_of
 from flight.hazard.flown import ensemble_hazard
 from flight.hazard.pool import FlightCounts, PooledFlights
-from flight.hazard.site import Site, compass_point
 
 __all__ = [
     "Criteria",
@@ -26,11 +24,8 @@ __all__ = [
     "PolarGrid",
     "PooledFlights",
     "Prism",
-    "Site",
     "Tally",
     "by_azimuth",
-    "compass_point",
-    "contours_of",
     "count_exposed",
     "density_on",
     "ensemble_hazard",
@@ -39,6 +34,4 @@ __all__ = [
     "hit_probability",
     "surfaces_of",
     "tally",
-    "write_geojson",
-    "write_kml",
 ]

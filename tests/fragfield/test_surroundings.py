@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 
 from flight import Barricade, Building, Fragments, HeightMap, Wall
-from flight.hazard.site import Site, longitude_of
 from flight.scene.ricochet import KINDS
 from fragfield.case import load_case, read_resolved, to_toml
 from fragfield.case.checks.estimates import map_warnings
@@ -22,6 +21,7 @@ from fragfield.case.problem import flight_arguments
 from fragfield.checking.arrangement import describe_surroundings
 from fragfield.errors import InputError
 from fragfield.pipeline.flown import above_ground
+from fragfield.places.site import Site, longitude_of
 from tests.fragfield.short_run import invoke
 
 if TYPE_CHECKING:
