@@ -117,7 +117,8 @@ def read_map(
                 f"{path}: cannot be read as {form} ({' '.join(str(error.__cause__ or error).split())})"
             ) from None
     if datum == "site":
-        datum = float(map_coordinates(heights, [[-corner[1] / step[1]], [-corner[0] / step[0]]], order=1)[0])
+        node = [[-corner[1] / step[1]], [-corner[0] / step[0]]]
+        datum = float(map_coordinates(heights, node, order=1, mode="nearest")[0])
         if not math.isfinite(datum):
             raise InputError(f"{path}: the map has a hole at the site; give datum as a height (m)")
     facts["filled"], beyond = _fill(path, heights, step) if holes == "neighbours" else (0, None)

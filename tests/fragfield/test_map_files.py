@@ -462,6 +462,7 @@ def test_ascii_grid(tmp_path) -> None:
     assert ground.end == (20.0, 10.0)
     assert ground.at(0.0, 0.0) == 0.0
     assert ground.at([10.0, 0.0, 5.0], [0.0, 10.0, 0.0]) == pytest.approx([1.0, -4.0, 0.5])
+    assert read_map(path, site=(1035.0, 5005.0)).datum == 12.0, "at the map's own corner"
     path.write_text(ASCII.replace("corner", "center"))
     assert read_map(path, site=(1015.0, 5015.0)).corner == (-15.0, -15.0)
 
