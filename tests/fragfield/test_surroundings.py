@@ -145,7 +145,7 @@ def test_default_is_flat_soft_soil(folder) -> None:
     [
         (GROUND.replace("hill", "hall"), r"flight\.ground\.map: .*hall\.asc: no such file"),
         (GROUND.replace("hill.asc", "hill.png"), "an ESRI ASCII grid"),
-        (GROUND.replace("1000 m", "9000 m"), r"the site \(9000.0, 5000.0\) lies off the map"),
+        (GROUND.replace("1000 m", "9000 m"), r"x = y = 0 at 9000, 5000 m .* lies off the map"),
         (GROUND + 'height = "2 m"', "flight.ground.height: found 2 m together with a map"),
         (GROUND.replace("asphalt", "none"), 'flight.ground.critical_angle_factor: found with ricochet = "none"'),
         (OBSTACLES.replace('["12 m", "-4 m"]', '["12 m", "4 m"]'), r"obstacle\[2\]: \"wall\": start and end are both"),
