@@ -10,9 +10,8 @@ import numpy as np
 
 from fragfield.contours.section import Section, chords, with_cones
 from fragfield.errors import InputError
-from fragfield.importing.cells import NotANumberError, Numbers, decimal_of
-from fragfield.importing.sheet import QuestionError, read_text_file
-from fragfield.importing.workbook import is_workbook, read_workbook
+from fragfield.importing.columns import NotANumberError, decimal_of, number_of
+from fragfield.importing.sheet import QuestionError, read_sheet
 from fragfield_base.units import UnitError, read_measure
 
 if TYPE_CHECKING:
@@ -52,10 +51,10 @@ def section_of_table(table: ContourTable, path: Path) -> tuple[Section, list[str
     InputError: columns that are missing or do not say what they are, a cell that is not a number, stations that do not
     rise or fall throughout, ends that do not say which is the nose.
     """
-    names, rows, numbers, concluded = _rows(path)
+    names, rows, decimal, concluded = _rows(path)
     columns = {column.what: (number, column) for number, column in _columns(path, names, table)}
     values = {
-        what: np.array([_number(path, row, names[number], number, numbers) for row in rows]) * column.factor
+        what: np.array([_number(path, row, names[number], number, decimal) for row in rows]) * column.factor
         for what, (number, column) in columns.items()
     }
     station, outer, inner = values["station"], values["outer"], values["inner"]
@@ -105,20 +104,20 @@ def _hollow(radius: Array) -> NDArray[np.bool_]:
     return kept
 
 
-def _rows(path: Path) -> tuple[list[str], list[Row], Numbers, list[str]]:
+def _rows(path: Path) -> tuple[list[str], list[Row], str, list[str]]:
     """Column names, lines with their cells, how their numbers are read, and what was concluded of the file."""
-    sheet = read_workbook(path) if is_workbook(path) else read_text_file(path)
+    sheet = read_sheet(path)
     if len(sheet.rows) < 3:
         raise InputError(f"{path}: found {len(sheet.rows)} lines; needed: a line of column names and two rows or more")
     names = [str(cell).strip() for cell in sheet.rows[0].cells]
     rows = [row for row in sheet.rows[1:] if any(not _is_empty(cell) for cell in row.cells)]
     try:
-        decimal, guess = decimal_of(sheet, rows, None)
+        decimal, guesses = decimal_of(sheet, rows, None)
     except QuestionError:  # "146.800" throughout: no round has 146 thousand of any unit
         points = any("." in cell for row in rows for cell in row.cells if isinstance(cell, str))
-        decimal, guess = "point" if points else "comma", None
-    words = [str(one) for one in [*sheet.guesses, guess] if one is not None and "utf-8" not in one.value]
-    return names, rows, Numbers(decimal), words
+        decimal, guesses = "point" if points else "comma", []
+    words = [str(one) for one in [*sheet.guesses, *guesses] if "utf-8" not in one.value]
+    return names, rows, decimal, words
 
 
 def _is_empty(cell: Cell) -> bool:
@@ -182,12 +181,12 @@ def _column(
     return _Column(what, name, 0.5 * unit if diameter else unit)
 
 
-def _number(path: Path, row: Row, name: str, place: int, numbers: Numbers) -> float:
+def _number(path: Path, row: Row, name: str, place: int, decimal: str) -> float:
     cell: Cell = row.cells[place] if place < len(row.cells) else ""
     if _is_empty(cell):
         return float("nan")
     try:
-        return numbers.value(cell)
+        return number_of(cell, decimal)
     except NotANumberError as fault:
         raise InputError(
             f"{path}: line {row.line}, column {name}: {fault}; allowed: a number, or nothing where it is solid"
