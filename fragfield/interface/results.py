@@ -19,10 +19,10 @@ if TYPE_CHECKING:
     import numpy as np
     from matplotlib.figure import Figure
     from numpy.typing import NDArray
+    from pandas import DataFrame
 
     from flight import Fragments
     from fragfield.interface.hazard import HazardDistance
-    from fragfield.interface.tables import Table
     from fragfield.report.findings.finding import Finding
     from fragfield.report.reading.run_files import RoundTables, RunFiles
     from fragfield.results.rules import Official
@@ -182,8 +182,8 @@ class Run:
         tables = {name: self.table(name) for name in self.tables}
         return write_workbook(absolute(path, InputError), self.path, self.case.title, self.summary, tables)
 
-    def table(self, name: str) -> Table:
-        """A table by its name, with `to_numpy` and `to_pandas`; raises InputError for another name."""
+    def table(self, name: str) -> DataFrame:
+        """A table by its name; raises InputError for another name."""
         from fragfield.interface.tables import read_table
 
         return read_table(self.path, name)
