@@ -100,7 +100,7 @@ KML = f"""<?xml version="1.0" encoding="UTF-8"?>
 <Point><altitudeMode>absolute</altitudeMode><coordinates>{at(30, 0)[0]},{at(30, 0)[1]},85</coordinates></Point>
 <Point><coordinates>{at(0, 30)[0]},{at(0, 30)[1]}</coordinates></Point></MultiGeometry></Placemark>
 <Placemark><name>shed</name><ExtendedData><SchemaData schemaUrl="#s"><SimpleData name="kind">building</SimpleData>
-<SimpleData name="height">10 ft</SimpleData></SchemaData></ExtendedData><Polygon><outerBoundaryIs><LinearRing><coordinates>  # noqa: E501
+<SimpleData name="height">10 ft</SimpleData></SchemaData></ExtendedData><Polygon><outerBoundaryIs><LinearRing><coordinates>
 {" ".join(f"{x},{y},0" for x, y in HALL)}</coordinates></LinearRing></outerBoundaryIs></Polygon></Placemark>
 <NetworkLink><Link><href>http://elsewhere/</href></Link></NetworkLink></Document></kml>
 """  # noqa: E501
