@@ -136,17 +136,18 @@ class _Half:
         if len(loose):
             pairs = cKDTree(ends[loose]).query_pairs(distance, output_type="ndarray")
             links = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(loose), len(loose)))
-            for group in range(connected_components(links, directed=False)[0] if len(pairs) else 0):
-                meeting = loose[connected_components(links, directed=False)[1] == group]
-                if len(meeting) > 2:
+            number, cluster = connected_components(links, directed=False)
+            for group in range(number):
+                touching = loose[cluster == group]
+                if len(touching) > 2:
                     raise InputError(
-                        f"{len(meeting)} lines meet at {self.place(ends[meeting[0]])} (layers: "
-                        f"{self._layers(shapely.Point(ends[meeting[0]]))}); allowed: one contour; choose it by layers"
+                        f"{len(touching)} lines meet at {self.place(ends[touching[0]])} (layers: "
+                        f"{self._layers(shapely.Point(ends[touching[0]]))}); allowed: one contour; choose it by layers"
                     )
-                if len(meeting) == 2:
-                    gaps.append(float(np.hypot(*(ends[meeting[1]] - ends[meeting[0]]))))
-                    for end in meeting:
-                        lines[end // 2][-(end % 2)] = ends[meeting].mean(axis=0)
+                if len(touching) == 2:
+                    gaps.append(float(np.hypot(*(ends[touching[1]] - ends[touching[0]]))))
+                    for end in touching:
+                        lines[end // 2][-(end % 2)] = ends[touching].mean(axis=0)
         self.corners |= {tuple(line[at]) for line in lines for at in (0, -1)}
         merged = shapely.get_parts(shapely.line_merge(shapely.MultiLineString(lines)))
         return [shapely.get_coordinates(one) for one in merged], gaps
