@@ -33,7 +33,7 @@ _UNITS = {"kg": "kg", "m": "m", "m_s": "m/s", "s": "s", "J": "J", "deg": "degree
 
 def _fragments(folder: Path) -> Mapping[str, Any]:
     from flight import Fragments
-    from flight.files.fragments import ARRAYS, fragment_columns
+    from flight.fragments import ARRAYS, fragment_columns
 
     found = Fragments.read(folder / "fragments.h5")
     return fragment_columns({name: getattr(found, name) for name in ARRAYS})
