@@ -6,6 +6,7 @@ again from them first, so that the arrays of the blocks fit.
 
 from __future__ import annotations
 
+import hashlib
 from dataclasses import fields
 from typing import TYPE_CHECKING, Any
 
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
     from burst_fenicsx.mechanics.solver import BurstSolver
 
 
-FORMAT = "fragfield burst checkpoint 13"  # 13: rows of contact
+FORMAT = "fragfield burst checkpoint 14"  # 14: numbering of the cells
 
 
 def _kept(solver: BurstSolver) -> Iterator[tuple[str, Any, tuple[str, ...]]]:
@@ -70,6 +71,13 @@ def _named(group: str, arrays: Mapping[str, np.ndarray]) -> dict[str, np.ndarray
     return {f"{group}/{name}": values for name, values in arrays.items()}
 
 
+def _numbering(solver: BurstSolver) -> str:
+    """Digest of the nodes of every cell, on all ranks: another dolfinx may share out and number a mesh otherwise."""
+    mesh = solver.fields.mesh
+    digests = mesh.comm.allgather(hashlib.sha256(np.ascontiguousarray(mesh.dofmap, dtype=np.int64)).digest())
+    return hashlib.sha256(b"".join(digests)).hexdigest()
+
+
 def write_checkpoint(
     path: Path,
     solver: BurstSolver,
@@ -83,11 +91,12 @@ def write_checkpoint(
     own, which `read_checkpoint` gives back.
     """
     comm = solver.fields.mesh.comm
-    ranks = comm.gather({**_arrays(solver), **_named("records", records or {})})
+    ranks, numbering = comm.gather({**_arrays(solver), **_named("records", records or {})}), _numbering(solver)
     if ranks is None:
         return
     with creating(path, InputError) as file:
         file.attrs.update({**provenance, "format": FORMAT, "mesh_key": mesh_key, "ranks": comm.size})
+        file.attrs["numbering"] = numbering
         file.attrs.update({"time": solver.time, "steps": solver.steps})
         for name, column in solver.ledger.columns().items():
             file[f"history/{name}"] = column
@@ -102,9 +111,10 @@ def read_checkpoint(path: Path, solver: BurstSolver, mesh_key: str) -> dict[str,
     Raises
     ------
     InputError
-        The file is cut off, is no checkpoint, belongs to another case, or was written on another number of ranks.
+        The file is cut off, is no checkpoint, belongs to another case, or was written on another number of ranks or
+        with other libraries, by which the cells have other numbers.
     """
-    comm = solver.fields.mesh.comm
+    comm, numbering = solver.fields.mesh.comm, _numbering(solver)
     with reading(path, InputError, "delete it to start the burst again") as file:
         if file.attrs.get("format") != FORMAT:
             raise InputError(f"{path} is not a checkpoint of a burst (format {file.attrs.get('format')!r})")
@@ -117,6 +127,11 @@ def read_checkpoint(path: Path, solver: BurstSolver, mesh_key: str) -> dict[str,
             raise InputError(
                 f"{path} was written on {file.attrs['ranks']} ranks, and this run has {comm.size}; resume it on as "
                 "many, or delete it to start the burst again"
+            )
+        if file.attrs["numbering"] != numbering:
+            raise InputError(
+                f"{path} was written where dolfinx or gmsh numbers the cells of this mesh otherwise (versions there: "
+                f"{file.attrs.get('versions', 'not known')}); resume it there, or delete it to start the burst again"
             )
         arrays = file[f"ranks/{comm.rank}"]
         _restore(arrays, solver)

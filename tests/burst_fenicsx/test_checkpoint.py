@@ -14,7 +14,7 @@ pytest.importorskip("burst_fenicsx.compat")
 
 from mpi4py import MPI
 
-from burst_fenicsx import simulation
+from burst_fenicsx import assembled, simulation
 from burst_fenicsx.errors import InputError
 from burst_fenicsx.problem import Leakage
 from burst_fenicsx.run_burst import simulate
@@ -68,6 +68,22 @@ def test_another_case_is_refused(tmp_path, monkeypatch):
         InputError, match=r"checkpoint.h5 belongs to another case: 960 cells, \w+; this one is 960 cells"
     ):
         simulate([tube()], other, tmp_path, comm=MPI.COMM_SELF, resume=True)
+
+
+def test_another_numbering_of_the_same_mesh_is_refused(tmp_path, monkeypatch):
+    """Rows of a cell must not go to another: as another version of dolfinx could number them."""
+    monkeypatch.setattr(simulation, "_PROGRESS_SECONDS", 0.0)
+    interrupted(tmp_path, SETTINGS, 2e-6)
+    usual = assembled.THREE_DIMENSIONS
+
+    def reversed_cells(*arguments):
+        mesh, found = usual.make_mesh(*arguments)
+        of_cells = ("cells", "part", "round", "segment", "station")
+        return replace(mesh, **{name: getattr(mesh, name)[::-1].copy() for name in of_cells}), found
+
+    monkeypatch.setattr(assembled, "THREE_DIMENSIONS", replace(usual, make_mesh=reversed_cells))
+    with pytest.raises(InputError, match=r"numbers the cells of this mesh otherwise .*; resume it there, or delete it"):
+        simulate([tube()], SETTINGS, tmp_path, comm=MPI.COMM_SELF, resume=True)
 
 
 def test_cut_off_and_foreign_files_are_refused(tmp_path, monkeypatch):
