@@ -12,7 +12,7 @@ from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler
 
 
-class LinkedCompiler(Compiler):  # type: ignore[misc]
+class LinkedCompiler(Compiler):
     """Numba's pipeline, with a library that is neither optimised as a whole nor translated."""
 
     def define_pipelines(self) -> Any:  # noqa: ANN401 - numba has no types
@@ -21,7 +21,7 @@ class LinkedCompiler(Compiler):  # type: ignore[misc]
         return super().define_pipelines()
 
 
-class _LinkedLibrary(JITCodeLibrary):  # type: ignore[misc]
+class _LinkedLibrary(JITCodeLibrary):
     @property
     def codegen(self) -> _LinkedLibrary:
         return self
