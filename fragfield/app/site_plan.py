@@ -20,8 +20,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
     from pathlib import Path
 
-    from flight.hazard.site import Site
     from fragfield.app.document import CaseDocument
+    from fragfield.places.site import Site
 
 
 _OBSTACLES: TypeAdapter[Any] = TypeAdapter(ObstacleTable)
@@ -47,7 +47,7 @@ def _pair(entry: object, unit: str = "m") -> tuple[float, float] | None:
 def site_in(case: CaseDocument) -> Site | None:
     """Where on Earth the draft stands; None where it does not say, or not soundly."""
     from flight.errors import InputError as FlightInputError
-    from flight.hazard.site import Site
+    from fragfield.places.site import Site
 
     values = [_value(case.get(("site", name)), "rad") for name in ("latitude", "longitude", "bearing")]
     try:

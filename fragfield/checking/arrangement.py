@@ -118,7 +118,7 @@ def _map_extent(ground: HeightMap) -> GroundMap:
     stated = {key: value for key, value in ground.facts.items() if key in marks(GroundMap)}
     return GroundMap(
         map=ground.name, nodes=(heights.shape[1], heights.shape[0]), cell=(ground.step[0], ground.step[1]),
-        filled=ground.filled, x=(west, east), y=(south, north), z=(float(heights.min()), float(heights.max())),
+        x=(west, east), y=(south, north), z=(float(heights.min()), float(heights.max())),
         datum=ground.datum, **stated,
     )  # fmt: skip
 

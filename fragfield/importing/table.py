@@ -96,8 +96,8 @@ class ImportedTable:
             raise InputError(f"{target}: is the file that was read; name another with --out")
         try:
             if not isinstance(self.content, dict):
-                return self.content.write(target, self.provenance)
-            write_columns(target, self.content, self.provenance)
+                return self.content.write(target)
+            write_columns(target, self.content)
         except FlightInputError as error:
             raise InputError(str(error)) from None
         if self.rounds != 1.0:  # a comment that our reader of pit tests takes the number from

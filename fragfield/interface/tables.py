@@ -114,7 +114,7 @@ def table_of_rows(name: str, rows: Sequence[Mapping[str, Any]]) -> Table:
 
 def _fragments(folder: Path) -> Mapping[str, Any]:
     from flight import Fragments
-    from flight.files.fragments import ARRAYS, fragment_columns
+    from flight.fragments import ARRAYS, fragment_columns
 
     found = Fragments.read(folder / "fragments.h5")
     return fragment_columns({name: getattr(found, name) for name in ARRAYS})

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from flight.files.raster import INSTALL
 from fragfield.errors import InputError
+from fragfield.places.maps import INSTALL
 from fragfield_base.reading import parsed_xml, read_bytes, read_text
 
 if TYPE_CHECKING:

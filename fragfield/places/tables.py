@@ -33,9 +33,9 @@ if TYPE_CHECKING:
 
     from pydantic import BaseModel
 
-    from flight.hazard.site import Site
     from fragfield.case.tables.site import PlacesTable
     from fragfield.places.features import Array, Feature, Shape
+    from fragfield.places.site import Site
 
 
 _BEYOND = 5e3  # m: no fragment flies farther

@@ -24,8 +24,8 @@ def map_data(run: RunFiles) -> dict[str, Any] | None:
     found = site_shapes(run)
     if found is None:
         return None
-    from flight.hazard.site import POINTS
     from fragfield.case.conversion.surroundings import site_of
+    from fragfield.places.site import POINTS
 
     case, shapes = found
     site = site_of(case)

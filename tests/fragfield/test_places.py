@@ -183,7 +183,7 @@ def test_positions_in_a_grid_that_an_older_geojson_names(tmp_path):
 
 
 def test_longitudes_beyond_180_degrees_are_the_same_places(tmp_path):
-    from flight.hazard.site import Site
+    from fragfield.places.site import Site
 
     path = tmp_path / "a.geojson"
     made = []
