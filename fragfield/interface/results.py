@@ -17,9 +17,9 @@ if TYPE_CHECKING:
     import os
 
     from matplotlib.figure import Figure
+    from pandas import DataFrame
 
     from flight.hazard.ensemble import EnsembleHazard
-    from fragfield.interface.tables import Table
     from fragfield.report.findings import Finding
     from fragfield.results.hazard import DistanceParts, Hazard, WithoutRicochet
     from fragfield.results.rules import DistanceToApply
@@ -95,8 +95,8 @@ class Run(StoredRun):
         tables = {name: self.table(name) for name in self.tables}
         return write_workbook(absolute(path, InputError), self.path, self.case.title, self.summary, tables)
 
-    def table(self, name: str) -> Table:
-        """A table by its name, with `to_numpy` and `to_pandas`; raises InputError for another name."""
+    def table(self, name: str) -> DataFrame:
+        """A table by its name; raises InputError for another name."""
         from fragfield.interface.tables import read_table
 
         return read_table(self.path, name)
