@@ -26,7 +26,7 @@ from flight.shape import DEFAULT_SHAPE_FACTOR
 from fragfield_base.arrays import group_outside
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Sequence
     from pathlib import Path
 
     from numpy.typing import ArrayLike, NDArray
@@ -276,13 +276,13 @@ class ArenaTable:
         speed = self.speed[row] + beyond * (generator.random(row.size) + generator.random(row.size) - 1.0)
         return Fragments(mass, tuple(place), speed[:, None] * way, shape_factor, round_number)
 
-    def write(self, path: Path, provenance: Mapping[str, str] | None = None) -> Path:
-        """Write the file; `provenance` goes into the metadata beside it."""
+    def write(self, path: Path) -> Path:
+        """Write the file."""
         columns: list[NDArray[Any]] = [
             self.zones[self.zone], self.zones[self.zone + 1], self.mass_from, self.mass_to, self.number, self.mass,
             self.speed, self.max_speed,
         ]  # fmt: skip
-        return write_columns(path, dict(zip(COLUMNS, columns, strict=True)), provenance or {})
+        return write_columns(path, dict(zip(COLUMNS, columns, strict=True)))
 
     @classmethod
     def read(cls, path: Path) -> ArenaTable:

@@ -10,8 +10,12 @@ import numpy as np
 
 from flight.arguments import real_array
 from flight.errors import InputError
-from flight.files import fragments as files
+from flight.files.hdf5 import open_checked, put_texts, write_attributes
+from flight.files.text_tables import import_hint, in_columns_of, read_columns, write_columns
 from flight.shape import DEFAULT_SHAPE_FACTOR, Shape
+from fragfield_base.arrays import group_of, numbers, texts
+from fragfield_base.errors import names_allowed, nearest_name
+from fragfield_base.hdf5_files import creating
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -21,7 +25,15 @@ if TYPE_CHECKING:
 
 # what can be, in a file or an array; some of the rest would never land
 _POSSIBLE = {"mass": (1e-15, 1e6), "shape_factor": (1e-3, 1e9), "position": (-1e7, 1e7), "velocity": (-5e4, 5e4)}
-ARRAYS = files.ARRAYS
+_FORMAT = "fragfield fragments"
+_FORMAT_VERSION = 1
+ARRAYS = ("mass", "position", "velocity", "shape_factor", "round", "segment")
+
+REQUIRED_COLUMNS = ("mass_kg", "vx_m_s", "vy_m_s", "vz_m_s")
+CSV_COLUMNS = (
+    "id", "round", "segment", "mass_kg", "x_m", "y_m", "z_m", "vx_m_s", "vy_m_s", "vz_m_s", "speed_m_s",
+    "shape_factor_kg_m3",
+)  # fmt: skip
 _UNITS = {"mass": "kg", "position": "m", "velocity": "m/s", "shape_factor": "kg/m3"}
 
 
@@ -158,9 +170,17 @@ class Fragments:
         return cls(**arrays, round_names=names if agree else ())
 
     def write(self, path: str | Path, provenance: Mapping[str, str] | None = None) -> Path:
-        """Write fragments.h5 (or .csv, by the ending); `provenance` goes into its attributes, or beside it."""
-        arrays = {name: getattr(self, name) for name in ARRAYS}
-        return files.write(arrays, self.round_names, Path(path), provenance or {})
+        """Write fragments.h5 (or .csv, by the ending); `provenance` goes into the attributes of the former."""
+        path, arrays = Path(path), {name: getattr(self, name) for name in ARRAYS}
+        if path.suffix.lower() == ".csv":
+            return write_columns(path, fragment_columns(arrays))
+        with creating(path, InputError) as file:
+            write_attributes(file, _FORMAT, _FORMAT_VERSION, provenance or {})
+            for name, values in arrays.items():
+                file.create_dataset(f"fragments/{name}", data=values)
+            if self.round_names:
+                put_texts(file, "round_names", self.round_names)
+        return path
 
     @classmethod
     def read(cls, path: str | Path) -> Fragments:
@@ -171,12 +191,72 @@ class Fragments:
         InputError
             The file is missing, foreign, cut off, of a newer version, or holds what cannot be flown.
         """
-        arrays, names = files.read(Path(path))
+        path = Path(path)
+        arrays, names = (_read_csv(path), []) if path.suffix.lower() == ".csv" else _read_hdf5(path)
         try:
-            found = cls(**arrays, round_names=names)
+            return cls(**arrays, round_names=names)
         except InputError as error:
             raise InputError(f"{path}: {error}") from None
-        return found
+
+
+def _read_hdf5(path: Path) -> tuple[dict[str, NDArray[np.float64]], list[str]]:
+    if path.suffix.lower() not in (".h5", ".hdf5") and path.is_file() and not _is_hdf5(path):
+        raise InputError(f"{path}: neither fragments in HDF5 (.h5) nor a .csv file{import_hint(path)}")
+    with open_checked(path, _FORMAT, _FORMAT_VERSION) as file:
+        group = group_of(file, "fragments")
+        missing = [f"/fragments/{name}" for name in ARRAYS if group is None or name not in group]
+        if missing:
+            raise InputError(f"{path}: {', '.join(missing)} missing; the file is cut off or not a fragments file")
+        arrays = {name: numbers(group, name, InputError, str(path)) for name in ARRAYS}
+        names = texts(file, "round_names", InputError, str(path)) if "round_names" in file else []
+    return arrays, names
+
+
+def _is_hdf5(path: Path) -> bool:
+    with path.open("rb") as file:
+        return file.read(8) == b"\x89HDF\r\n\x1a\n"
+
+
+def fragment_columns(arrays: Mapping[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
+    """Columns of fragments.csv by their names, which hold the units, from the `ARRAYS` of fragments."""
+    velocity = arrays["velocity"]
+    columns = [
+        np.arange(len(arrays["mass"])),
+        arrays["round"],
+        arrays["segment"],
+        arrays["mass"],
+        *arrays["position"].T,
+        *velocity.T,
+        np.sqrt(np.einsum("ij,ij->i", velocity, velocity)),
+        arrays["shape_factor"],
+    ]
+    return dict(zip(CSV_COLUMNS, columns, strict=True))
+
+
+def _read_csv(path: Path) -> dict[str, NDArray[np.float64]]:
+    columns = in_columns_of(path, read_columns(path), CSV_COLUMNS)
+    missing = [name for name in REQUIRED_COLUMNS if name not in columns]
+    if len(missing) == len(REQUIRED_COLUMNS) and not any(nearest_name(name, REQUIRED_COLUMNS) for name in columns):
+        raise InputError(
+            f"{path}: found the columns {', '.join(columns)}; needed: of fragments one by one "
+            f"{', '.join(REQUIRED_COLUMNS)}, of an arena table zone_from_deg, zone_to_deg and others"
+            f"{import_hint(path)}"
+        )
+    for name in columns:
+        if name not in CSV_COLUMNS:
+            raise InputError(f"{path}: unknown column {name!r}{names_allowed(name, CSV_COLUMNS)}")
+    if missing:
+        raise InputError(f"{path}: column {', '.join(missing)} missing; found {', '.join(columns)}")
+    zero = np.zeros_like(columns["mass_kg"])
+    arrays = {
+        "mass": columns["mass_kg"],
+        "position": np.stack([columns.get(name, zero) for name in ("x_m", "y_m", "z_m")], axis=1),
+        "velocity": np.stack([columns[name] for name in ("vx_m_s", "vy_m_s", "vz_m_s")], axis=1),
+    }
+    for name, column in (("shape_factor", "shape_factor_kg_m3"), ("round", "round"), ("segment", "segment")):
+        if column in columns:
+            arrays[name] = columns[column]
+    return arrays
 
 
 def _as_array(name: str, value: object) -> NDArray[Any]:

@@ -221,7 +221,7 @@ class FlightResult:
             if csv:
                 columns = csv_columns(table, what, names, labels)
                 path = folder / ("witness.csv" if kind == "hits" else f"{kind}.csv")
-                written.append(write_columns(path, columns, stamp))
+                written.append(write_columns(path, columns))
         if len(self.trajectories):
             written += write_trajectories(self.trajectories, self.landing, folder / "trajectories.xdmf", stamp)
         return written

@@ -31,10 +31,8 @@ if TYPE_CHECKING:
     from fragfield.importing.table import ImportedTable, import_table
     from fragfield.interface.case import Case
     from fragfield.interface.checking import CheckResult, Converted, check, convert
-    from fragfield.interface.hazard import HazardDistance
-    from fragfield.interface.results import Run, open  # noqa: A004 - as h5py.File has its `open`
+    from fragfield.interface.results import HazardDistance, Run, open  # noqa: A004 - as h5py.File has its `open`
     from fragfield.interface.running import run
-    from fragfield.interface.tables import Table
     from fragfield.studies.limit import Limit, run_limit
     from fragfield.studies.ratios import compare_runs
     from fragfield.studies.sweep import Sweep, run_sweep
@@ -56,7 +54,6 @@ __all__ = [
     "QuestionError",
     "Run",
     "Sweep",
-    "Table",
     "Uncertainty",
     "__version__",
     "check",
@@ -78,10 +75,8 @@ __getattr__, __dir__ = lazy_names(
         "fragfield.importing.table": "ImportedTable import_table",
         "fragfield.interface.case": "Case",
         "fragfield.interface.checking": "CheckResult Converted check convert",
-        "fragfield.interface.hazard": "HazardDistance",
-        "fragfield.interface.results": "Run open",
+        "fragfield.interface.results": "HazardDistance Run open",
         "fragfield.interface.running": "run",
-        "fragfield.interface.tables": "Table",
         "fragfield.studies.limit": "Limit run_limit",
         "fragfield.studies.ratios": "compare_runs",
         "fragfield.studies.sweep": "Sweep run_sweep",

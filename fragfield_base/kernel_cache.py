@@ -64,6 +64,7 @@ def compiled_with(
     callable
         What is called from Python, and named by other kernels.
     """
+    options = {"no_cfunc_wrapper": True, **options}
     compiled = _kept(compiler, function, folder, **options)
     if compiler.config.DISABLE_JIT:  # nothing is compiled
         return compiled
@@ -74,7 +75,8 @@ def compiled_with(
 
     kernel.compiled = compiled  # type: ignore[attr-defined]
     overload = importlib.import_module("numba.extending").overload  # by name: only those who compile load numba
-    overload(kernel, jit_options={"no_cfunc_wrapper": True, **options}, strict=False)(lambda *_: function)
+    pipeline = importlib.import_module("fragfield_base.kernel_pipeline").LinkedCompiler
+    overload(kernel, jit_options={"pipeline_class": pipeline, **options}, strict=False)(lambda *_: function)
     return kernel
 
 

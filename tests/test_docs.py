@@ -28,8 +28,8 @@ from fragfield.case.keys import paths_of
 from fragfield.case.schema import CaseTable
 from fragfield.cli import app
 from fragfield_base.substances import is_substance
-from tests.flight.maps import metres, north_up, slope, write
 from tests.fragfield.drawn_shells import write_dxf
+from tests.fragfield.maps import metres, north_up, slope, write
 from tests.fragfield.plain_reports import draw_nothing
 from tests.fragfield.short_run import invoke
 from tests.test_snippets import write_cookbook_test

@@ -140,7 +140,6 @@ def test_the_library_readme_prints_what_it_shows(tmp_path):
 
 
 def test_the_page_of_the_flight_runs_from_its_first_line_to_its_last(tmp_path):
-    pytest.importorskip("geographiclib")
     pytest.importorskip("pandas")
     write_tests(tmp_path)
     parts = blocks("docs/guide/flight.md")
@@ -148,7 +147,6 @@ def test_the_page_of_the_flight_runs_from_its_first_line_to_its_last(tmp_path):
     (shown,) = (text for language, text in parts if language == "text")
     assert_printed(printed[printed.index("barricade") :], shown)
     assert names["ensemble"].expected.distance > 0.0
-    assert (tmp_path / "contours.kml").is_file()
 
 
 @pytest.mark.slow
@@ -169,7 +167,7 @@ def test_the_readme_runs_a_case_to_the_number_of_its_summary(tmp_path):
 def test_a_map_of_the_guide_is_read_as_the_page_shows(tmp_path):
     """Its case file, what `check` prints of the map, and the snippet, with a GeoTIFF in decimetres on UTM."""
     pytest.importorskip("rasterio")
-    from tests.flight.maps import metres, north_up, slope, write
+    from tests.fragfield.maps import metres, north_up, slope, write
 
     heights = np.rint(10.0 * slope(*north_up(half=2000.0))).astype("i2")
     write(tmp_path / "terrain.tif", heights, metres(half=2000.0), scales=(0.1,))

@@ -72,7 +72,7 @@ TERMS = (
     Term("longest steps? of (its|their) parts|steps of (the cells'|cells') own", "local time stepping, macro step"),
     Term("partings?", "subdivision, separation"),
     Term("meetings?", "first contact, collision"),
-    Term("warps?|warping", "hourglass mode, offset", allowed=r"Warp By Vector"),  # ParaView's filter
+    Term("warps?|warping", "hourglass mode, offset", allowed=r"Warp By Vector|rasterio\.warp"),  # ParaView, rasterio
     Term("coming", "next_dt, next"),
     Term("bearable", "coefficient limit"),
     Term("crowd(s|ed|ing)?", "share, stiffness sharing, dense"),

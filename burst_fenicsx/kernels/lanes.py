@@ -37,6 +37,11 @@ def block_kernel(function: Callable[..., Any]) -> Any:
     return _compile(function, _nrt=False)
 
 
+def addressed_kernel(function: Callable[..., Any]) -> Any:
+    """Compile a block kernel that is called by its address alone (see `threads`): Python's arguments are not read."""
+    return _compile(function, _nrt=False, no_cpython_wrapper=True)
+
+
 def inlined_kernel(function: Callable[..., Any]) -> Any:
     """Compile a block kernel into what calls it: to hand over all arrays of a state costs as much as its forces."""
     return lane_function(function)

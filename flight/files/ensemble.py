@@ -46,7 +46,7 @@ if TYPE_CHECKING:
 
 
 FORMAT, FRAGMENTS_FORMAT, FORMAT_VERSION, FRAGMENTS_VERSION = (
-    "fragfield ensemble", "fragfield ensemble of fragments", 3, 1,
+    "fragfield ensemble", "fragfield ensemble of fragments", 4, 1,
 )  # fmt: skip
 CSV_FILES = ("ensemble.csv", "hazard_by_distance.csv", "hazard_by_sector.csv")
 _AGAIN = "break the casing up again"
@@ -79,9 +79,8 @@ def write_ensemble(
         for number, (name, table) in enumerate(witnesses.items()):
             group = file.create_group(f"witness/{number}")
             group.attrs["name"] = name
-            for field in SECTOR_HITS.names or ():
-                put(group, field, np.ascontiguousarray(table[field]))
-    return [path, *(write_columns(folder / name, table, stamp) for name, table in ensemble_columns(found).items())]
+            put(group, "hits", table)
+    return [path, *(write_columns(folder / name, table) for name, table in ensemble_columns(found).items())]
 
 
 def ensemble_columns(found: EnsembleHazard) -> dict[str, dict[str, NDArray[Any]]]:
@@ -140,7 +139,7 @@ def read_ensemble(path: str | Path) -> tuple[EnsembleHazard, dict[str, NDArray[A
                 str(file.attrs["undetermined"]),
             )  # fmt: skip
             groups = [file["witness"][name] for name in sorted(file.get("witness", {}), key=int)]
-            witnesses = {str(group.attrs["name"]): _witness(group) for group in groups}
+            witnesses = {str(group.attrs["name"]): np.asarray(group["hits"], dtype=SECTOR_HITS) for group in groups}
         except (KeyError, OSError, ValueError) as error:
             raise InputError(f"{path}: data cut off or damaged ({error}); fly the fragments again") from None
     return found, witnesses
@@ -247,10 +246,3 @@ class FragmentEnsemble(Sequence[Fragments]):
                 except InputError as error:
                     raise InputError(f"{self.path}: {error}") from None
         return found
-
-
-def _witness(group: h5py.Group) -> NDArray[Any]:
-    table = np.zeros(group["hits"].shape, dtype=SECTOR_HITS)
-    for field in SECTOR_HITS.names or ():
-        table[field] = group[field][...]
-    return table

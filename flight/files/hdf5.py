@@ -1,4 +1,4 @@
-"""Tables and paths of a flight as files: HDF5, one dataset a field, columns of CSV tables, XDMF for ParaView."""
+"""Tables and paths of a flight as files: HDF5, columns of CSV tables, XDMF for ParaView."""
 
 from __future__ import annotations
 
@@ -32,22 +32,16 @@ TABLES = {
     "contacts": (CONTACTS, ""),
 }
 """Rows of each table of a flight, and the dataset of the names that its rows refer to by number."""
-TABLE_VERSION = 1
-ROWS_AT_ONCE = 1 << 16  # of a column, which is not contiguous in the table: the copy stays below 2 MB
+TABLE_VERSION = 2
 
 
 def write_table(
     table: NDArray[Any], path: Path, kind: str, names: Sequence[str] = (), provenance: Mapping[str, str] | None = None
 ) -> Path:
-    """Write a table of `TABLES`: one dataset a field under a group of its name, and the names."""
+    """Write a table of `TABLES` as a dataset of its rows under its name, and the names."""
     with creating(path, InputError) as file:
         write_attributes(file, _format(kind), TABLE_VERSION, provenance or {})
-        columns = file.create_group(kind)
-        for field in table.dtype.names or ():
-            column = table[field]
-            data = columns.create_dataset(field, shape=column.shape, dtype=column.dtype)
-            for start in range(0, len(column), ROWS_AT_ONCE):
-                data[start : start + ROWS_AT_ONCE] = column[start : start + ROWS_AT_ONCE]
+        file.create_dataset(kind, data=table)
         if TABLES[kind][1]:
             put_texts(file, TABLES[kind][1], names)
     return path
@@ -59,15 +53,10 @@ def read_table(path: str | Path, kind: str) -> tuple[NDArray[Any], list[str]]:
     Raises InputError: no such file, another table, or data cut off.
     """
     path, (dtype, names) = Path(path), TABLES[kind]
-    fields = dtype.names or ()
     with open_checked(path, _format(kind), TABLE_VERSION) as file:
-        missing = [field for field in fields if f"{kind}/{field}" not in file]
-        if missing:
-            raise InputError(f"{path}: /{kind}/{', '.join(missing)} missing; the file is cut off")
-        table = np.zeros(len(file[f"{kind}/{fields[0]}"]), dtype=dtype)
-        for field in fields:
-            table[field] = file[f"{kind}/{field}"][...]
-        return table, texts(file, names, InputError, str(path)) if names else []
+        if getattr(file.get(kind), "dtype", None) != dtype:
+            raise InputError(f"{path}: /{kind} does not hold the rows of this table; fly the fragments again")
+        return file[kind][...], texts(file, names, InputError, str(path)) if names else []
 
 
 def _format(kind: str) -> str:

@@ -1,17 +1,14 @@
 """CSV tables with a line of column names: the one writer, and the one reader of arena, fragments, pit and drag tables.
 
-Tables are written with commas and nothing above their column names, so that every program reads them; what they are and
-where they come from stands in `csv-metadata.json` beside them, for all tables of a folder (W3C, "CSV on the Web").
-Those that are read may have commas, semicolons or tabs between their cells, as the line of column names shows; lines
+Tables are written with commas and nothing above their column names, so that every program reads them. Those that are
+read may have commas, semicolons or tabs between their cells, as the line of column names shows; lines
 that start with # are comments. A quantity may be in any unit that its column's name ends with, as `mean_mass_g` in
 place of `mean_mass_kg`. Any other form is for `fragfield import`, which the message names.
 """
 
 from __future__ import annotations
 
-import hashlib
 import io
-import json
 import shlex
 from dataclasses import dataclass
 from functools import lru_cache
@@ -22,7 +19,7 @@ import numpy as np
 from flight.errors import InputError
 from fragfield_base.reading import read_text
 from fragfield_base.units import UnitError, read_measure
-from fragfield_base.writing import csv_cell, replacing, write_text
+from fragfield_base.writing import csv_cell, replacing
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -30,9 +27,6 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-
-METADATA = "csv-metadata.json"
-"""File beside the tables that says of each its columns and its provenance."""
 
 ROWS_AT_ONCE = 10_000  # so that the text of a million rows never stands in memory at once
 
@@ -59,14 +53,8 @@ class Labels:
         return cls(texts.tolist(), which)
 
 
-def write_columns(path: Path, columns: Mapping[str, NDArray[Any] | Labels], provenance: Mapping[str, str]) -> Path:
-    """Write equally long columns; where there is provenance it goes with the columns into the folder's `METADATA`.
-
-    A text of several lines (a case file) is not repeated there: it becomes its number of lines and its SHA-256, which
-    those of the HDF5 file of the same table can be compared with.
-
-    Whole numbers are written in full, others with ten significant digits, as "%.10g" does.
-    """
+def write_columns(path: Path, columns: Mapping[str, NDArray[Any] | Labels]) -> Path:
+    """Write equally long columns: whole numbers in full, others with ten significant digits, as "%.10g" does."""
     shown = [_column(column) for column in columns.values()]
     line = ",".join(_format(column) for column in shown) + "\n"
     with replacing(path, InputError) as file:
@@ -75,36 +63,7 @@ def write_columns(path: Path, columns: Mapping[str, NDArray[Any] | Labels], prov
             rows = slice(start, start + ROWS_AT_ONCE)
             cells = zip(*(_cells(column, rows) for column in shown), strict=True)
             file.write("".join(map(line.__mod__, cells)).encode())
-    if provenance:
-        _describe(path, dict(zip(columns, shown, strict=True)), provenance)
     return path
-
-
-def _describe(path: Path, columns: Mapping[str, NDArray[Any] | Labels], provenance: Mapping[str, str]) -> None:
-    """Put a table's entry into the metadata of its folder, in place of an older one; entries without a file go."""
-    beside = path.with_name(METADATA)
-    try:
-        tables = json.loads(read_text(beside, InputError))["tables"]
-        kept = [one for one in tables if one["url"] != path.name and path.with_name(one["url"]).is_file()]
-    except (InputError, ValueError, KeyError, TypeError):
-        kept = []  # none yet, or not ours
-    kinds = [
-        {"titles": name, "datatype": {"%s": "string", "%d": "integer"}.get(_format(column), "double")}
-        for name, column in columns.items()
-    ]
-    notes = {key: _in_a_line(str(value)) for key, value in provenance.items()}
-    entry = {"url": path.name, "notes": [notes], "tableSchema": {"columns": kinds}}
-    tables = sorted([*kept, entry], key=lambda one: str(one["url"]))
-    text = json.dumps({"@context": "http://www.w3.org/ns/csvw", "tables": tables}, indent=1)
-    write_text(beside, text + "\n", InputError)
-
-
-def _in_a_line(text: str) -> str:
-    """A text of one line as it is; of a longer one its first characters are of no use: its size and its checksum."""
-    lines = text.splitlines()
-    if len(lines) < 2:
-        return text
-    return f"{len(lines)} lines, SHA-256 {hashlib.sha256(text.encode()).hexdigest()}"
 
 
 def _column(values: NDArray[Any] | Labels) -> NDArray[Any] | Labels:

@@ -92,10 +92,10 @@ class FlightJob:
         self._first_key = np.random.SeedSequence([seed, _SLOPES]).generate_state(1, np.uint64)
         self.numbers = np.arange(len(fragments))  # by which slopes of the ground are drawn
         self.legs: Legs | None = None  # between contacts
-        rows, bins, bins_per_mach = drag.table()
+        drag_rows, bins, bins_per_mach = drag.table()
         table = air.table()
         self.around = motion.Surroundings(
-            table.bottom, table.step, table.pieces, table.site_altitude, rows, bins, bins_per_mach,
+            table.bottom, table.step, table.pieces, table.site_altitude, drag_rows, bins, bins_per_mach,
             np.zeros((0, 9)) if wind is None else wind.table(),
             scene.height_at(*origin), float(gravity),
         )  # fmt: skip
@@ -113,9 +113,11 @@ class FlightJob:
         self.cells = cells if cells is not None and scene.ground is not None else None
         self.fluence: Fluence | None = None
         self.weights = weights
-        self.scene, self.terrain, self.obstacles = scene, scene.terrain(), scene.obstacle_rows()
+        rows = scene.obstacle_rows()
+        # None: what a scene has not is not compiled.
+        self.scene, self.terrain, self.obstacles = scene, scene.terrain(), rows if len(rows) else None
         self.surfaces = scene.surfaces()
-        self.boxes = np.stack([_around(self.obstacles), _NOWHERE, _around(self.rows), within(self.witnesses)])
+        self.boxes = np.stack([_around(rows), _NOWHERE, _around(self.rows), within(self.witnesses)])
 
     def run(self, threads: int, on_progress: Callable[[FlightProgress], None] | None, began: float) -> Flown:
         """Fly all."""

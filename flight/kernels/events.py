@@ -85,15 +85,15 @@ def ending(points: Array, limits: Limits, pieces: Array, stack: Array, roots: Ar
 
 @inner_kernel()
 def ending_in_scene(
-    points: Array, theta: float, status: int, terrain: Terrain, obstacles: Array, terrain_pieces: Array,
+    points: Array, theta: float, status: int, terrain: Terrain | None, obstacles: Array | None, terrain_pieces: Array,
     events: Array, stack: Array, roots: Array,
 ) -> tuple[float, int, int, int]:  # fmt: skip
     """As `ending`, whose answer is given, on a height map and among obstacles; with obstacle and face, or -1."""
-    if terrain.heights.shape[0] > 0:
+    if terrain is not None:
         position = cross_terrain(points, terrain, theta, terrain_pieces, events, stack, roots)
         if position <= 1.0 and position <= theta:
             theta, status = position, LANDED
-    if obstacles.shape[0] > 0:
+    if obstacles is not None:
         position, obstacle, face = enter_obstacles(points, obstacles, theta, events, stack, roots)
         if position <= 1.0:
             return position, STOPPED, obstacle, face

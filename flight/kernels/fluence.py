@@ -47,9 +47,11 @@ class FluenceCells(NamedTuple):
 
 
 @inner_kernel()
-def highest_counted(limits: Limits, terrain: Terrain, near: FluenceCells) -> float:
+def highest_counted(limits: Limits, terrain: Terrain | None, near: FluenceCells) -> float:
     """Height above which nothing counts."""
-    return near.height + (terrain.highest if terrain.heights.shape[0] > 0 else limits.ground)
+    if terrain is not None:
+        return near.height + terrain.highest
+    return near.height + limits.ground
 
 
 @inner_kernel()
@@ -122,11 +124,11 @@ def count_chord(
 
 @inner_kernel()
 def count_path(
-    points: Array, until: float, h: float, mass: float, weight: float, limits: Limits, terrain: Terrain,
+    points: Array, until: float, h: float, mass: float, weight: float, limits: Limits, terrain: Terrain | None,
     near: FluenceCells, lengths: NDArray[np.int64], leg: int, stack: Array, roots: Array, out: Array,
 ) -> bool:  # fmt: skip
     """Add the step's path up to its position `until`; returns whether all of it lies within the cells."""
-    if terrain.heights.shape[0] > 0:
+    if terrain is not None:
         return _count_part(points, 0.0, until, h, mass, weight, limits, terrain, near, lengths, leg, out)
     top = limits.ground + near.height
     found = cross_plane(points, 0.0, 0.0, top, 0.0, 0.0, 1.0, stack, roots)
@@ -141,25 +143,26 @@ def count_path(
 
 @inner_kernel()
 def _count_part(
-    points: Array, begin: float, end: float, h: float, mass: float, weight: float, limits: Limits, terrain: Terrain,
-    near: FluenceCells, lengths: NDArray[np.int64], leg: int, out: Array,
+    points: Array, begin: float, end: float, h: float, mass: float, weight: float, limits: Limits,
+    terrain: Terrain | None, near: FluenceCells, lengths: NDArray[np.int64], leg: int, out: Array,
 ) -> bool:  # fmt: skip
     """`count_path` between two positions on the step; on a map of heights only what lies below the height there."""
-    hilly = terrain.heights.shape[0] > 0
     dense_state(points, end, out)
     x1, y1 = out[0] - limits.origin_x, out[1] - limits.origin_y
     dense_state(points, begin, out)
     x0, y0 = out[0] - limits.origin_x, out[1] - limits.origin_y
     piece = max(PIECE * _nearest(x0, y0, x1, y1), near.shortest)
-    if hilly:
+    if terrain is not None:
         piece = min(piece, 0.5 * min(terrain.step_x, terrain.step_y))
     number = 1 + int(min(math.hypot(x1 - x0, y1 - y0) / piece, MOST_PIECES))
     share = (end - begin) / number
     inside = True
-    before = out[2] - height_at(terrain, out[0], out[1]) - near.height if hilly else -1.0
+    before = -1.0
+    if terrain is not None:
+        before = out[2] - height_at(terrain, out[0], out[1]) - near.height
     for k in range(number):
         position, part = begin + (k + 0.5) * share, share
-        if hilly:
+        if terrain is not None:
             dense_state(points, begin + (k + 1) * share, out)
             after = out[2] - height_at(terrain, out[0], out[1]) - near.height
             low, high = 0.0, 1.0  # of the piece, below the height: the clearance is linear over a piece

@@ -99,12 +99,14 @@ GROUND_COLUMNS = 10
 
 
 @inner_kernel()
-def _normal(state: Array, which: int, face: int, terrain: Terrain, obstacles: Array) -> tuple[float, float, float]:
+def _normal(
+    state: Array, which: int, face: int, terrain: Terrain | None, obstacles: Array | None
+) -> tuple[float, float, float]:
     """Unit normal of the ground, or of an obstacle's face, outward."""
-    if which >= 0:
+    if obstacles is not None and which >= 0:
         column = FIRST_FACE + 6 * face + 3
         return obstacles[which, column], obstacles[which, column + 1], obstacles[which, column + 2]
-    if terrain.heights.shape[0] == 0:
+    if terrain is None:
         return 0.0, 0.0, 1.0
     slope_x, slope_y = slope_at(terrain, state[1], state[2])
     size = math.sqrt(1.0 + slope_x * slope_x + slope_y * slope_y)
@@ -132,7 +134,7 @@ class Ends(NamedTuple):
 @inner_kernel()
 def impact(
     row: int, how: int, which: int, face: int, end: Array, ends: Ends, surfaces: Array, limits: Limits,
-    terrain: Terrain, obstacles: Array, struck: Array, ground: Array, key: np.uint64, slopes: Array,
+    terrain: Terrain | None, obstacles: Array | None, struck: Array, ground: Array, key: np.uint64, slopes: Array,
 ) -> bool:  # fmt: skip
     """Let a fragment whose flight has just ended in the state `end` ricochet or stay; returns whether it flies on.
 
@@ -149,7 +151,9 @@ def impact(
             ends.first[row, k] = end[k]
         ends.first_status[row] = LANDED
     goes_on = False
-    number = int(obstacles[which, 0]) if which >= 0 else -1
+    number = -1
+    if obstacles is not None and which >= 0:
+        number = int(obstacles[which, 0])
     nx, ny, nz = 0.0, 0.0, 1.0
     if how in (LANDED, STOPPED):
         ends.contacts[row] += 1

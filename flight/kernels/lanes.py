@@ -52,7 +52,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "ENDS", "MEETS", "PASSES", "SHORTEST_STEP", "SMALLEST_FACTOR", "STRIKES", "Watched", "begin_steps",
-    "changes_over_ground", "foresee_ground", "go_on", "load", "move_lane", "prepare", "sift", "step_factors",
+    "changes_with_height", "foresee_ground", "go_on", "load", "move_lane", "prepare", "sift", "step_factors",
 ]  # fmt: skip
 
 SAFETY, SMALLEST_FACTOR, LARGEST_FACTOR = 0.9, 0.2, 6.0
@@ -78,7 +78,7 @@ class Watched(NamedTuple):
 @inner_kernel()
 def prepare(
     ahead: Array, rows: NDArray[np.int64], number: int, start: int, state: Array, mass: Array, shape_factor: Array,
-    around: Surroundings, limits: Limits, terrain: Terrain,
+    around: Surroundings, limits: Limits, terrain: Terrain | None,
 ) -> None:  # fmt: skip
     """Bring the next fragments to their start in the scratch array `ahead`: state, acceleration, first step.
 
@@ -97,7 +97,7 @@ def prepare(
         ahead[MASS * LANES + lane] = m
         ahead[AREA * LANES + lane] = 0.5 * (m / shape_factor[start + row]) ** (2.0 / 3.0) / m
         ahead[GROUND * LANES + lane] = around.ground
-        if changes_over_ground(around, terrain):
+        if terrain is not None and changes_with_height(around):
             ahead[GROUND * LANES + lane] = height_at(terrain, state[row, 1], state[row, 2])
     accelerate(ahead, SLOPE, 0.0, around)
     for lane in range(LANES):
@@ -112,9 +112,9 @@ def prepare(
 
 
 @inner_kernel()
-def changes_over_ground(around: Surroundings, terrain: Terrain) -> bool:
-    """Whether the wind at a height z is another where the ground below is: a profile over a map."""
-    return around.wind_rows.shape[0] > 2 and terrain.heights.shape[0] > 0
+def changes_with_height(around: Surroundings) -> bool:
+    """Whether the wind is a profile, so that over a map it changes with the height of the ground below."""
+    return around.wind_rows.shape[0] > 2
 
 
 @inner_kernel()

@@ -108,7 +108,7 @@ def _subtract_wind(q: Array, at: float, wind_rows: Array) -> None:
         q[(RELATIVE + 1) * LANES + lane] -= c[5] + rise * (c[6] + rise * (c[7] + rise * c[8]))
 
 
-@inner_kernel(forceinline=True)
+@inner_kernel()
 def accelerate(q: Array, slope: int, at: float, around: Surroundings) -> None:
     """Accelerations (m/s2) of all lanes into the three rows from `slope`, and the Mach number.
 

@@ -33,7 +33,7 @@ from flight.kernels.lanes import (
     STRIKES,
     Watched,
     begin_steps,
-    changes_over_ground,
+    changes_with_height,
     foresee_ground,
     go_on,
     load,
@@ -126,8 +126,8 @@ def fly_chunk(
     slopes: Array,
     around: Surroundings,
     limits: Limits,
-    terrain: Terrain,
-    obstacles: Array,
+    terrain: Terrain | None,
+    obstacles: Array | None,
     surfaces: Array,
     witnesses: Array,
     vertices: Array,
@@ -152,11 +152,12 @@ def fly_chunk(
     struck, ground = np.empty((64, STRUCK_COLUMNS)), np.empty((1024, GROUND_COLUMNS))
     hit_count = path_count = struck_count = ground_count = 0
     inside, adaptive = True, limits.fixed_step <= 0.0
-    shears = changes_over_ground(around, terrain)
-    some_obstacles, hilly = obstacles.shape[0] > 0, terrain.heights.shape[0] > 0
+    highest = -np.inf
+    if terrain is not None:
+        highest = terrain.highest
     watched = Watched(
-        boxes, some_obstacles or witnesses.shape[0] > 0,
-        highest_counted(limits, terrain, near) if counts else -np.inf, near.energy, terrain.highest, many_points > 0,
+        boxes, obstacles is not None or witnesses.shape[0] > 0,
+        highest_counted(limits, terrain, near) if counts else -np.inf, near.energy, highest, many_points > 0,
     )  # fmt: skip
     q, ahead = np.zeros(ROWS * LANES), np.zeros(ROWS * LANES)
     out, points, stack = np.empty(6), np.zeros((6, 6)), np.empty(STACK_SHAPE)
@@ -238,7 +239,7 @@ def fly_chunk(
             break
 
         begin_steps(q, limits)
-        if shears:
+        if terrain is not None and changes_with_height(around):
             foresee_ground(q, terrain)
         take_step(q, around)
         step_factors(q, limits)
@@ -266,7 +267,7 @@ def fly_chunk(
                 q[STEPS * LANES + lane] += 1.0
                 near_end, passing = event & (_ENDS | _STRIKES) > 0, event & _PASSES > 0
                 meets, after = event & _MEETS > 0, int(q[AFTER * LANES + lane])
-                if passing and not (near_end or some_obstacles):
+                if obstacles is None and passing and not near_end:
                     counted = count_chord(q, lane, mass[fragment], weight[fragment], limits, near, lengths, after)
                     passing = counted < 0
                     inside &= counted != 0
@@ -274,7 +275,7 @@ def fly_chunk(
                     place_points(q, lane, points)
                     if near_end:
                         theta, ended = ending(points, limits, pieces, stack, roots)
-                        if hilly or some_obstacles:
+                        if terrain is not None or obstacles is not None:
                             theta, ended, obstacle, face = ending_in_scene(
                                 points, theta, ended, terrain, obstacles, terrain_pieces, crossed, stack, roots
                             )
@@ -343,7 +344,9 @@ def fly_chunk(
                 for j in range(6):
                     end[1 + j] = out[j]
                 if ended == LANDED:
-                    end[3] = height_at(terrain, end[1], end[2]) if hilly else limits.ground
+                    end[3] = limits.ground
+                    if terrain is not None:
+                        end[3] = height_at(terrain, end[1], end[2])
             _add_flight(q, lane, ends.first[row])
             struck, ground = _with_room(struck, struck_count, 1), _with_room(ground, ground_count, 1)
             if impact(

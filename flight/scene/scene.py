@@ -55,14 +55,9 @@ class Scene:
         found = self.ground_at(np.array([x], dtype=np.float64), np.array([y], dtype=np.float64))
         return 0.0 if found is None else float(found[0])
 
-    def terrain(self) -> Terrain:
-        """The map for the kernels; without rows where the ground is flat."""
-        if isinstance(self.ground, HeightMap):
-            return self.ground.table()
-        from flight.kernels.terrain import Terrain
-
-        levels = np.zeros((0, 3), dtype=np.int64)
-        return Terrain(np.zeros((0, 0)), 0.0, 0.0, 1.0, 1.0, np.zeros(0), levels, -math.inf)
+    def terrain(self) -> Terrain | None:
+        """The map for the kernels; none where the ground is flat, or there is none."""
+        return self.ground.table() if isinstance(self.ground, HeightMap) else None
 
     def obstacle_rows(self) -> NDArray[np.float64]:
         """The obstacles for the kernels."""

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import tomlkit
 from tomlkit.exceptions import TOMLKitError
 
-from fragfield.app.jobs import Job
+from fragfield.app.workspace import Job
 from fragfield.case import CaseTable
 from fragfield.case.faults import CaseFaults, Fault
 from fragfield.case.load import case_from_document

@@ -8,7 +8,7 @@ from nicegui import ui
 
 from fragfield.app.fields import default_of, fields_of, kinds_of, read_field, shown
 from fragfield.app.page import box, fold, note
-from fragfield.app.security import MOST_UPLOADED
+from fragfield.app.server import MOST_UPLOADED
 from fragfield.app.workspace import safe_name
 from fragfield.case.keys import Key, key_path
 from fragfield.errors import InputError

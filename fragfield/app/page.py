@@ -1,4 +1,4 @@
-"""What all pages of a case share: heading, navigation, saving, faults at their fields, and news of other pages."""
+"""What all pages of a case share: heading, navigation, saving, and faults at their fields."""
 
 from __future__ import annotations
 
@@ -93,24 +93,26 @@ def shown_facts(rows: Iterable[Sequence[str]], heads: Sequence[str] = ()) -> Non
     html(facts(rows, heads))
 
 
-PAGES = ("start", "round", "arrangement", "site", "run", "result")
-"""Names of the pages, in order; `/name` is the address of each."""
-_OF_TABLE = {
-    "round": "round", "official": "round", "stack": "arrangement", "plane": "arrangement", "site": "site",
-    "exposed": "site", "obstacle": "site",
+PAGES: dict[str, tuple[str, ...]] = {
+    "start": (),
+    "round": ("round", "official"),
+    "arrangement": (
+        "round.attitude", "round.azimuth", "round.base", "round.position", "round.axis", "round.ignition",
+        "round.initiation", "stack", "plane",
+    ),
+    "site": ("site", "exposed", "obstacle", "flight.ground"),
+    "run": ("",),
+    "result": (),
 }  # fmt: skip
-_ON_ARRANGEMENT = ("position", "base", "attitude", "azimuth", "axis", "ignition", "initiation")
+"""Names of the pages, in order (`/name` is the address), with the keys that each edits; all other keys are on "run"."""
 _TICK = 0.4  # s between looks at the case
 
 
 def page_of(key: str) -> str:
-    """The page that has the field of a key."""
-    top, *rest = [step for step in steps_of(key) if isinstance(step, str)] or [""]
-    if top == "round" and rest and rest[0] in _ON_ARRANGEMENT:
-        return "arrangement"
-    if top == "flight" and rest and rest[0] == "ground":
-        return "site"
-    return _OF_TABLE.get(top, "run")
+    """The page that has the field of a key: that which names most of it."""
+    asked = f"{'.'.join(step for step in steps_of(key) if isinstance(step, str))}."
+    named = [(own, page) for page, keys in PAGES.items() for own in keys if not own or asked.startswith(f"{own}.")]
+    return max(named, key=lambda one: len(one[0]))[1]
 
 
 class CasePage:
@@ -132,7 +134,6 @@ class CasePage:
         self.session, self.name, self.document, self.focus = session, name, document, focus
         self.texts: Texts = page_texts()
         self._inputs: dict[str, Element] = {}
-        self._seen = self._own = document.version if document is not None else 0
         self._listeners: list[Callable[[], object]] = []
         self._shown = -1
         self._head()
@@ -164,24 +165,7 @@ class CasePage:
         except (errors.InputError, OSError) as error:
             ui.notify(message_of(error), type="negative", multi_line=True, timeout=8000)
             return False
-        if self.document is not None:
-            self._own = self.document.version
         return True
-
-    async def ask(
-        self, place: Element, question: Callable[..., Any], *words: object,
-        refused: Callable[[Exception], object] | None = None, **options: object,
-    ) -> Any:  # noqa: ANN401 - the answer  # fmt: skip
-        """Answer of a function, from a thread; a refusal is shown in a place of the page, and None returned."""
-        place.clear()
-        try:
-            return await run.io_bound(question, *words, **options)
-        except (errors.InputError, OSError) as error:
-            with place:
-                note(message_of(error), "fault")
-                if refused is not None:
-                    refused(error)
-            return None
 
     def compute(self, title: str, target: str, *commands: Sequence[str]) -> None:
         """Save the case and start commands of the command line that write into `target`; then go to the run."""
@@ -262,11 +246,6 @@ class CasePage:
         case = self.case
         if not ui.context.client.has_socket_connection:
             return
-        if case.version != self._own and case.version != self._seen:
-            self._seen = self._own = case.version
-            ui.navigate.reload()  # another page changed the case
-            return
-        self._seen = case.version
         self._show_state()
         if self._shown != case.version:
             version = case.version
@@ -281,7 +260,6 @@ class CasePage:
                     await found
 
     def _show_state(self) -> None:
-        """Whether the case is saved, or was changed by another program."""
         case, texts = self.case, self.texts
         self._state.set_text(texts("case.draft") if case.is_draft else texts("case.unchanged"))
         self._save.set_enabled(case.is_draft)
@@ -315,7 +293,6 @@ class CasePage:
                     ui.label(fault.words)
 
     def _nearest(self, key: str) -> str:
-        """The bound key at or above a key."""
         while key and key not in self._inputs:
             key = key.rpartition(".")[0] if "." in key else (key.partition("[")[0] if "[" in key else "")
         return key

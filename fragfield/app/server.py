@@ -1,7 +1,8 @@
-"""The server of the pages: this machine alone, a free port, a token in the address."""
+"""The server of the pages: this machine alone, a free port, a token in the address, and small requests."""
 
 from __future__ import annotations
 
+import hmac
 import logging
 import secrets
 import socket
@@ -10,24 +11,108 @@ import webbrowser
 from contextlib import suppress
 from importlib import import_module, resources
 from typing import TYPE_CHECKING
-from urllib.parse import quote, urlencode
+from urllib.parse import quote, urlencode, urlsplit
 
-from starlette.responses import FileResponse, PlainTextResponse
+from starlette.datastructures import MutableHeaders
+from starlette.middleware.trustedhost import TrustedHostMiddleware
+from starlette.requests import HTTPConnection
+from starlette.responses import FileResponse, PlainTextResponse, RedirectResponse
 
 from fragfield.app.document import Session
-from fragfield.app.security import Guard
 from fragfield.app.workspace import Workspace
 from fragfield.errors import InputError, message_of
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
     from pathlib import Path
 
     from fastapi import FastAPI
     from starlette.requests import Request
     from starlette.responses import Response
+    from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
     from fragfield.app.document import Session
+
+
+MOST_UPLOADED = 64 << 20
+"""Bytes that a request may have: maps of heights and tables of tests are smaller."""
+_LOCAL = ("127.0.0.1", "localhost", "[::1]")
+_HEADERS = {
+    "content-security-policy": (
+        "default-src 'self'; img-src 'self' data: blob:; style-src 'self' 'unsafe-inline'; frame-ancestors 'self'; "
+        "script-src 'self' 'unsafe-inline' 'unsafe-eval'; connect-src 'self'; font-src 'self' data:; form-action "
+        "'self'; base-uri 'self'; object-src 'none'"
+    ),
+    "x-content-type-options": "nosniff",
+    "referrer-policy": "no-referrer",
+    "cross-origin-resource-policy": "same-origin",
+}
+"""No page may ask another machine for anything, and none of another machine may hold one of these."""
+
+
+def guarded(app: ASGIApp, *, token: str, port: int, hosts: Sequence[str] = ()) -> ASGIApp:
+    """An application that answers to the local names and `hosts` alone ("*": any, as in a container), with the token.
+
+    `token` stands in the address once; a cookie of this `port` keeps it.
+    """
+    guard = _Guard(app, token, f"fragfield-{port}")
+    return TrustedHostMiddleware(guard, allowed_hosts=[*_LOCAL, *hosts], www_redirect=False)
+
+
+class _Guard:
+    def __init__(self, app: ASGIApp, token: str, cookie: str) -> None:
+        self._app, self._token, self._cookie = app, token, cookie
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        if scope["type"] not in ("http", "websocket"):
+            await self._app(scope, receive, send)
+            return
+        asked = HTTPConnection(scope)
+        if refusal := self._refusal(asked):
+            words = PlainTextResponse(f"fragfield app: {refusal[1]}\n", refusal[0], {"connection": "close"})
+            await words(scope, receive, send)
+        elif scope["type"] == "http" and "token" in asked.query_params:
+            place = asked.url.remove_query_params("token")
+            welcome = RedirectResponse(f"{place.path}?{place.query}" if place.query else place.path, 303)
+            # Strict would keep it from the page that follows here on a click in a chat or a terminal in a browser.
+            welcome.set_cookie(self._cookie, self._token, httponly=True, samesite="lax")
+            await welcome(scope, receive, send)
+        else:
+            await self._app(scope, _limited(receive), _closed(send))
+
+    def _refusal(self, asked: HTTPConnection) -> tuple[int, str] | None:
+        origin, length = asked.headers.get("origin"), asked.headers.get("content-length", "0")
+        if origin is not None and urlsplit(origin).netloc != asked.headers.get("host"):
+            return 403, f"found the origin {origin}; only its own pages may ask this server"
+        given = asked.query_params.get("token") or asked.cookies.get(self._cookie, "")
+        if not hmac.compare_digest(given.encode(), self._token.encode()):
+            return 403, "the token in the address is missing or wrong; open the address that fragfield app printed"
+        if len(length) > 18 or not length.isdigit() or int(length) > MOST_UPLOADED:
+            return 413, f"found more than {MOST_UPLOADED >> 20} MiB in one request"
+        return None
+
+
+def _limited(receive: Receive) -> Receive:
+    taken = 0
+
+    async def limited() -> Message:
+        nonlocal taken
+        message = await receive()
+        taken += len(message.get("body") or b"")
+        return {"type": "http.disconnect"} if taken > MOST_UPLOADED else message
+
+    return limited
+
+
+def _closed(send: Send) -> Send:
+    async def closed(message: Message) -> None:
+        if message["type"] == "http.response.start":
+            headers = MutableHeaders(scope=message)
+            for name, value in _HEADERS.items():
+                headers.setdefault(name, value)
+        await send(message)
+
+    return closed
 
 
 _SHUT_OFF = (
@@ -118,7 +203,6 @@ def serve(
 
 
 def _warm_up() -> None:
-    """Load what checks a case, while the first page is read."""
     import_module("fragfield.checking.check")
     import_module("burst_fenicsx.symmetry")
     import_module("burst_fenicsx.meshing")
@@ -143,7 +227,7 @@ def application(session: Session, *, token: str, port: int, hosts: tuple[str, ..
         language="en-US",
     )  # fmt: skip
     _keep_faults(session)
-    app.add_middleware(Guard, token=token, port=port, hosts=hosts)
+    app.add_middleware(guarded, token=token, port=port, hosts=hosts)
     return app
 
 

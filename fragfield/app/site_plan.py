@@ -20,8 +20,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
     from pathlib import Path
 
-    from flight.hazard.site import Site
     from fragfield.app.document import CaseDocument
+    from fragfield.places.site import Site
 
 
 _OBSTACLES: TypeAdapter[Any] = TypeAdapter(ObstacleTable)
@@ -29,7 +29,6 @@ _POINTS = {"exposed": ("points", "points_on_earth"), "obstacle": ("start", "end"
 
 
 def _value(text: object, unit: str) -> float | None:
-    """A value of the draft in SI; None for what is none."""
     try:
         measure = read_measure(shown(text))
     except UnitError:
@@ -47,7 +46,7 @@ def _pair(entry: object, unit: str = "m") -> tuple[float, float] | None:
 def site_in(case: CaseDocument) -> Site | None:
     """Where on Earth the draft stands; None where it does not say, or not soundly."""
     from flight.errors import InputError as FlightInputError
-    from flight.hazard.site import Site
+    from fragfield.places.site import Site
 
     values = [_value(case.get(("site", name)), "rad") for name in ("latitude", "longitude", "bearing")]
     try:
@@ -86,7 +85,6 @@ Handle = tuple[tuple[str | int, ...], tuple[float, float]]
 
 
 def _handles(case: CaseDocument, table: str, index: int, entry: dict[str, Any]) -> Iterator[Handle]:
-    """The marks of an entry: its position, or the points of its line."""
     at = (table, index)
     if table == "obstacle":
         for name in _POINTS["obstacle"]:
@@ -178,7 +176,6 @@ def _shape(table: str, entry: dict[str, Any], name: str, marks: list[tuple[float
 
 
 def _terrain(case: CaseDocument, shapes: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Lines of equal height around what is drawn, of a case without faults."""
     from fragfield.case.conversion.surroundings import ground_of
     from fragfield.hazard.site_map import Shape, extent_of, terrain_lines
 

@@ -104,7 +104,6 @@ def _growth(position: NDArray[np.float64], radius: NDArray[np.float64]) -> float
 
 
 def _sound_speed(entry: Round) -> float:
-    """Speed (m/s) of longitudinal waves in the casing."""
     nu = entry.casing.poisson_ratio
     modulus = entry.casing.elastic_modulus * (1.0 - nu) / ((1.0 + nu) * (1.0 - 2.0 * nu))
     return math.sqrt(modulus / entry.casing.density)

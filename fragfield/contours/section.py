@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fragfield.contours.curves import Chain, Curve, above_axis, check_crossings, join
+from fragfield.contours.curves import Curve
 from fragfield.errors import InputError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Iterator, Sequence
 
     from numpy.typing import NDArray
-
-    from fragfield.contours.curves import Joined
 
     Array = NDArray[np.float64]
 
@@ -39,22 +38,20 @@ def casing_section(
 ) -> Section:
     """The section of a casing.
 
-    `curves`: in positions along the axis and distances from it (m), as of `axis.turned`; on one side of the axis or on
+    `curves`: in positions along the axis and distances from it (m), as of `read.turned`; on one side of the axis or on
     both; `nose`, `sign`: position of the nose end along the axis (m), and the sign with which stations run from there;
     `tolerance`, `near`: by which a contour may be off, and the largest gap that is closed (m); `place`: a position
     along the axis and its distance from it as they stand in the drawing, for messages. Raises InputError: loose ends,
     crossings, undercuts, no cavity, more than one contour, or halves that differ.
     """
-    halves = []
-    for side in (1.0, -1.0):
-        upper = above_axis([_mirrored(one, side) for one in curves], near)
-        if upper:
-            halves.append((side, upper))
-    if not halves:
-        raise InputError("found only lines on the axis; allowed: the outline of a casing beside it")
     sections = []
-    for side, upper in halves:
-        sections.append(_half(upper, nose, sign, tolerance, near, _on_side(place, side)))
+    for side in (1.0, -1.0):
+        upper = list(_above_axis([Curve(one.points * (1.0, side), one.layer) for one in curves], near))
+        if upper:
+            half = _Half(upper, near, lambda at, side=side: place(at * (1.0, side)))  # type: ignore[misc]
+            sections.append(half.section(nose, sign, tolerance))
+    if not sections:
+        raise InputError("found only lines on the axis; allowed: the outline of a casing beside it")
     first = sections[0]
     if len(sections) == 2:
         off, station = _difference(sections[0], sections[1])
@@ -68,157 +65,200 @@ def casing_section(
     return first
 
 
-def _on_side(place: Callable[[Array], str], side: float) -> Callable[[Array], str]:
-    return lambda at: place(at * (1.0, side))
+def _above_axis(curves: Sequence[Curve], near: float) -> Iterator[Curve]:
+    """What lies above the axis: curves cut where they cross it, those on it left out, ends near it put on it."""
+    import shapely
+
+    for curve in curves:
+        (left, _), (right, top) = curve.points.min(axis=0), curve.points.max(axis=0)
+        if top <= near:
+            continue
+        for piece in shapely.get_parts(
+            shapely.clip_by_rect(shapely.LineString(curve.points), left - 1, 0, right + 1, top + 1)
+        ):
+            points = shapely.get_coordinates(piece)
+            if points[:, 1].max() > near:
+                points[[0, -1], 1] = np.where(points[[0, -1], 1] <= near, 0.0, points[[0, -1], 1])
+                yield Curve(points, curve.layer)
 
 
-def _mirrored(curve: Curve, side: float) -> Curve:
-    return curve if side > 0.0 else Curve(curve.points * (1.0, -1.0), curve.layer)
+class _Half:
+    """Curves above the axis, joined to chains; ends on the axis are not joined.
 
+    Gaps up to `near` (m) are closed; `place` gives a position as it stands in the drawing, for messages. Raises
+    InputError where three ends or more meet in a point, or a chain crosses itself.
+    """
 
-def _half(
-    upper: Sequence[Curve], nose: float, sign: float, tolerance: float, near: float, place: Callable[[Array], str]
-) -> Section:
-    joined = join(upper, near, place)
-    length = float(np.ptp(np.concatenate([one.points for one in upper])[:, 0]))
-    chains = [
-        one for one in joined.chains if one.closed or sum(curve.length for curve in one.curves) > _FEWEST * length
-    ]
-    for chain in chains:
-        check_crossings(chain, place)
-    outer, cavity = _two_lines(chains, near, place)
-    made = []
-    for name, line in (("outer contour", outer), ("cavity", cavity)):
-        stations = [
-            Curve(np.column_stack([sign * (one.points[:, 0] - nose), one.points[:, 1]]), one.layer) for one in line
-        ]
-        here = lambda at: place(np.array([nose + sign * at[0], at[1]]))  # noqa: E731
-        try:
-            made.append(_monotone(name, stations, tolerance, near, here))
-        except InputError as fault:
-            raise InputError(f"{fault}{_loose_words(chains, near, place)}") from None
-    return Section(chords(made[0], tolerance), chords(made[1], tolerance), list(_mended(joined, chains)))
+    def __init__(self, curves: Sequence[Curve], near: float, place: Callable[[Array], str]) -> None:
+        import shapely
 
+        self.near, self.place, self.notes = near, place, list[str]()
+        single: list[Curve] = []
+        for curve in curves:
+            if not any(
+                abs(curve.length - other.length) <= near
+                and shapely.hausdorff_distance(curve.line, other.line) <= 0.1 * near
+                for other in single
+            ):
+                single.append(curve)
+        self.curves = single
+        self.corners: set[tuple[float, ...]] = set()
+        touching, _ = self._welded([one.points for one in single], 1e-3 * near)
+        joined, gaps = self._welded(touching, near)
+        length = float(np.ptp(np.concatenate([one.points for one in single])[:, 0]))
+        lines = [shapely.LineString(one) for one in joined]
+        kept = [one.length > _FEWEST * length or (one.is_closed and one.length > 4.0 * near) for one in lines]
+        self.chains = [one for one, is_kept in zip(lines, kept, strict=True) if is_kept]
+        if gaps:
+            self.notes.append(f"{len(gaps)} gaps closed, the largest of {1e3 * max(gaps):.2g} mm")
+        if len(curves) > len(single):
+            self.notes.append(f"{len(curves) - len(single)} lines that were there twice left out")
+        if not all(kept):
+            self.notes.append(f"{len(kept) - sum(kept)} short marks left out")
+        for chain in self.chains:
+            if not chain.is_simple:
+                drawn = set(chain.coords)
+                nodes = [one for one in shapely.get_coordinates(shapely.unary_union(chain)) if tuple(one) not in drawn]
+                where = f" at {place(nodes[0])}" if nodes else ""
+                raise InputError(f"the contour crosses itself{where}; allowed: a simple line")
 
-def _mended(joined: Joined, chains: Sequence[Chain]) -> list[str]:
-    notes = []
-    if joined.gaps:
-        notes.append(f"{joined.gaps} gaps closed, the largest of {1e3 * joined.largest:.2g} mm")
-    if joined.doubles:
-        notes.append(f"{joined.doubles} lines that were there twice left out")
-    if short := len(joined.chains) - len(chains):
-        notes.append(f"{short} short marks left out")
-    return notes
+    def _welded(self, lines: Sequence[Array], distance: float) -> tuple[list[Array], list[float]]:
+        """Lines merged where their ends off the axis lie within a distance, at the middle, and the gaps there (m)."""
+        import shapely
+        from scipy.sparse import coo_array
+        from scipy.sparse.csgraph import connected_components
+        from scipy.spatial import cKDTree
 
+        lines = [one.copy() for one in lines]
+        ends = np.array([line[at] for line in lines for at in (0, -1)])
+        loose = np.flatnonzero(ends[:, 1] != 0.0)
+        gaps = []
+        if len(loose):
+            pairs = cKDTree(ends[loose]).query_pairs(distance, output_type="ndarray")
+            links = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(loose), len(loose)))
+            number, cluster = connected_components(links, directed=False)
+            for group in range(number):
+                touching = loose[cluster == group]
+                if len(touching) > 2:
+                    raise InputError(
+                        f"{len(touching)} lines meet at {self.place(ends[touching[0]])} (layers: "
+                        f"{self._layers(shapely.Point(ends[touching[0]]))}); allowed: one contour; choose it by layers"
+                    )
+                if len(touching) == 2:
+                    gaps.append(float(np.hypot(*(ends[touching[1]] - ends[touching[0]]))))
+                    for end in touching:
+                        lines[end // 2][-(end % 2)] = ends[touching].mean(axis=0)
+        self.corners |= {tuple(line[at]) for line in lines for at in (0, -1)}
+        merged = shapely.get_parts(shapely.line_merge(shapely.MultiLineString(lines)))
+        return [shapely.get_coordinates(one) for one in merged], gaps
 
-def _two_lines(chains: Sequence[Chain], near: float, place: Callable[[Array], str]) -> tuple[list[Curve], list[Curve]]:
-    """Curves of the outer contour and of the cavity."""
-    listed = "; ".join(f"{_kind(one)} on {one.layers} from {place(one.points[0])}" for one in chains)
-    if len(chains) > 2 or (len(chains) == 2 and any(one.closed for one in chains)):
-        raise InputError(
-            f"found {len(chains)} outlines ({listed}); allowed: the outline of the casing, or its outer and its "
-            f"inner line; choose them by layers{_loose_words(chains, near, place)}"
+    def _layers(self, where: object) -> str:
+        return ", ".join(sorted({one.layer for one in self.curves if one.line.distance(where) <= self.near})) or "none"
+
+    def _loose(self) -> str:
+        """The nearest two loose ends, which may be a gap."""
+        ends = np.array([chain.coords[at] for chain in self.chains if not chain.is_closed for at in (0, -1)]).reshape(
+            -1, 2
         )
-    if len(chains) == 2:
-        inner, outer = sorted(chains, key=lambda chain: float(chain.points[:, 1].max()))
-        _check_ends(inner, outer, near, place, _loose_words(chains, near, place))
-        return list(outer.curves), list(inner.curves)
-    (chain,) = chains
-    ends = chain.points[[0, -1]]
-    if not chain.closed and not np.all(ends[:, 1] == 0.0):
-        apart = 1e3 * float(np.hypot(*(ends[1] - ends[0])))
-        raise InputError(
-            f"the outline is open between {place(ends[0])} and {place(ends[1])}, {apart:.4g} mm "
-            f"apart; allowed: gaps up to {1e3 * near:g} mm; close it, or draw its outer and its inner line"
-        )
-    return _split(chain, near)
+        ends = ends[ends[:, 1] != 0.0]
+        if len(ends) < 2:
+            return ""
+        apart = np.hypot(*(ends[:, None] - ends[None]).T)
+        np.fill_diagonal(apart, np.inf)
+        one, other = np.unravel_index(int(np.argmin(apart)), apart.shape)
+        closed = f"up to {1e3 * self.near:g} mm are closed"
+        gap = f"{1e3 * float(apart[one, other]):.4g} mm apart, at {self.place(ends[min(one, other)])} ({closed})"
+        return f"; the nearest loose ends are {gap}"
 
+    def section(self, nose: float, sign: float, tolerance: float) -> Section:
+        """Outer contour and cavity, stations from the nose."""
+        made = []
+        here = lambda at: self.place(np.array([nose + sign * at[0], at[1]]))  # noqa: E731
+        for name, parts in zip(("outer contour", "cavity"), self._two_lines(), strict=True):
+            stations = [np.column_stack([sign * (one[:, 0] - nose), one[:, 1]]) for one in parts]
+            try:
+                made.append(chords(_monotone(name, stations, tolerance, self.near, here), tolerance))
+            except InputError as fault:
+                raise InputError(f"{fault}{self._loose()}") from None
+        return Section(made[0], made[1], self.notes)
 
-def _check_ends(inner: Chain, outer: Chain, near: float, place: Callable[[Array], str], loose: str) -> None:
-    """Refuse an inner line that ends within the casing: a part of it may be missing."""
-    ends = outer.points[[0, -1], 0]
-    for point in inner.points[[0, -1]]:
-        if point[1] != 0.0 and np.abs(ends - point[0]).min() > near:
-            raise InputError(
-                f"the inner line ends at {place(point)}, neither on the axis nor at an end of the casing{loose}; "
-                "allowed: a closed outline, or a line drawn on to the axis where the cavity ends"
+    def _two_lines(self) -> tuple[list[Array], list[Array]]:
+        """Smooth pieces of the outer contour and of the cavity."""
+        chains, near = self.chains, self.near
+        if len(chains) > 2 or (len(chains) == 2 and any(one.is_closed for one in chains)):
+            listed = "; ".join(
+                f"{'a closed' if one.is_closed else 'an open'} one on "
+                f"{self._layers(one.interpolate(0.5, normalized=True))} from {self.place(np.array(one.coords[0]))}"
+                for one in chains
             )
+            raise InputError(
+                f"found {len(chains)} outlines ({listed}); allowed: the outline of the casing, or its outer and its "
+                f"inner line; choose them by layers{self._loose()}"
+            )
+        if len(chains) == 2:
+            inner, outer = (np.array(one.coords) for one in sorted(chains, key=lambda one: one.bounds[3]))
+            for point in inner[[0, -1]]:
+                if point[1] != 0.0 and np.abs(outer[[0, -1], 0] - point[0]).min() > near:
+                    raise InputError(
+                        f"the inner line ends at {self.place(point)}, neither on the axis nor at an end of the "
+                        f"casing{self._loose()}; allowed: a closed outline, or a line drawn on to the axis where the "
+                        "cavity ends"
+                    )
+            return self._pieces(outer), self._pieces(inner)
+        ring = np.array(chains[0].coords)
+        ends = ring[[0, -1]]
+        if not chains[0].is_closed and not np.all(ends[:, 1] == 0.0):
+            apart = 1e3 * float(np.hypot(*(ends[1] - ends[0])))
+            raise InputError(
+                f"the outline is open between {self.place(ends[0])} and {self.place(ends[1])}, {apart:.4g} mm "
+                f"apart; allowed: gaps up to {1e3 * near:g} mm; close it, or draw its outer and its inner line"
+            )
+        return self._split(ring[:-1] if abs(ends[0, 0] - ends[1, 0]) <= near else ring)
 
+    def _pieces(self, points: Array) -> list[Array]:
+        """A line cut where curves of the drawing meet."""
+        inner = [at for at in range(1, len(points) - 1) if tuple(points[at]) in self.corners]
+        return [points[start : end + 1] for start, end in pairwise([0, *inner, len(points) - 1])]
 
-def _kind(chain: Chain) -> str:
-    return "a closed one" if chain.closed else "an open one"
+    def _split(self, ring: Array) -> tuple[list[Array], list[Array]]:
+        """A casing's outline cut at its two ends into its outer and its inner line."""
+        station = ring[:, 0]
+        ends = np.array([station.min(), station.max()])
+        step = np.diff(station, append=station[:1])
+        is_end = np.abs(station[:, None] - ends).min(axis=1) <= 1e-3 * self.near  # of a smooth curve
+        is_corner = np.array([tuple(one) in self.corners for one in ring]) | (is_end & (step * np.roll(step, 1) <= 0.0))
+        at = np.flatnonzero(is_corner)
+        tops, feet = [], []
+        for end in ends:
+            there = at[np.abs(station[at] - end) <= self.near]
+            tops.append(int(there[np.argmax(ring[there, 1])]))
+            feet.append(int(there[np.argmin(ring[there, 1])]))
 
+        def path(start: int, end: int, avoided: Sequence[int]) -> list[Array]:
+            """The way from one corner to another that passes none of the avoided corners within."""
+            forward = np.arange(start, start + (end - start) % len(ring) + 1) % len(ring)
+            if set(forward[1:-1].tolist()) & set(avoided):
+                forward = np.arange(start, start - (start - end) % len(ring) - 1, -1) % len(ring)
+            cuts = [0, *(np.flatnonzero(is_corner[forward[1:-1]]) + 1).tolist(), len(forward) - 1]
+            return [ring[forward[first : last + 1]] for first, last in pairwise(cuts)]
 
-def _loose_words(chains: Sequence[Chain], near: float, place: Callable[[Array], str]) -> str:
-    """The nearest two loose ends, which may be a gap."""
-    ends = np.array([chain.points[at] for chain in chains if not chain.closed for at in (0, -1)]).reshape(-1, 2)
-    ends = ends[ends[:, 1] != 0.0]
-    if len(ends) < 2:
-        return ""
-    apart = np.hypot(ends[:, None, 0] - ends[None, :, 0], ends[:, None, 1] - ends[None, :, 1])
-    np.fill_diagonal(apart, np.inf)
-    one, other = np.unravel_index(int(np.argmin(apart)), apart.shape)
-    where, closed = place(ends[one]), f"up to {1e3 * near:g} mm are closed"
-    return f"; the nearest loose ends are {1e3 * float(apart[one, other]):.4g} mm apart, at {where} ({closed})"
-
-
-def _split(chain: Chain, near: float) -> tuple[list[Curve], list[Curve]]:
-    """A casing's outline cut at its two ends into its outer and its inner line."""
-    curves = list(chain.curves)
-    if not chain.closed:  # along the axis
-        ends = chain.points[[-1, 0]]
-        if abs(ends[0, 0] - ends[1, 0]) > near:
-            curves.append(Curve(ends))
-    every = np.concatenate([curve.points for curve in curves])
-    low, high = float(every[:, 0].min()), float(every[:, 0].max())
-    pieces = _with_corners_at(curves, (low, high), near)
-    corners = np.array([piece.points[0] for piece in pieces])
-    tops, feet = [], []
-    for end in (low, high):
-        there = np.flatnonzero(np.abs(corners[:, 0] - end) <= near)
-        tops.append(int(there[np.argmax(corners[there, 1])]))
-        feet.append(int(there[np.argmin(corners[there, 1])]))
-    outer, inner = _path(pieces, tops[0], tops[1], feet), _path(pieces, feet[0], feet[1], tops)
-    return outer, inner
-
-
-def _with_corners_at(curves: Sequence[Curve], ends: tuple[float, float], near: float) -> list[Curve]:
-    """The curves of an outline, one that is smooth at an end of the casing cut there."""
-    made = []
-    for piece in curves:
-        points, first = piece.points, 0
-        for index in range(1, len(points) - 1):
-            extreme = any(abs(points[index, 0] - end) <= 1e-3 * near for end in ends)
-            turns = (points[index, 0] - points[index - 1, 0]) * (points[index + 1, 0] - points[index, 0]) <= 0.0
-            if extreme and turns:
-                made.append(Curve(points[first : index + 1], piece.layer))
-                first = index
-        made.append(Curve(points[first:], piece.layer))
-    return made
-
-
-def _path(pieces: Sequence[Curve], start: int, end: int, avoided: Sequence[int]) -> list[Curve]:
-    """Curves of a closed outline from one corner to another, the way that passes none of the avoided corners within."""
-    number = len(pieces)
-    forward = [(start + step) % number for step in range((end - start) % number)]
-    if not any(corner in avoided for corner in forward[1:]):
-        return [pieces[index] for index in forward]
-    backward = [(start - 1 - step) % number for step in range((start - end) % number)]
-    return [Curve(pieces[index].points[::-1], pieces[index].layer) for index in backward]
+        return path(tops[0], tops[1], feet), path(feet[0], feet[1], tops)
 
 
 def _monotone(
-    name: str, curves: Sequence[Curve], tolerance: float, near: float, place: Callable[[Array], str]
+    name: str, parts: Sequence[Array], tolerance: float, near: float, place: Callable[[Array], str]
 ) -> list[Array]:
     """Smooth pieces of a line, stations increasing: ends across the axis left out, steps as short cones."""
-    parts = [one.points for one in curves]
     if parts and parts[0][0, 0] > parts[-1][-1, 0]:
         parts = [one[::-1] for one in reversed(parts)]
-    parts = _trimmed(parts, near)
-    if not parts:
+    kept = list(parts)
+    for end in (0, -1):  # without its ends on the axis, and without faces across the axis there
+        while kept and (kept[end][:, 1].max() <= near or np.ptp(kept[end][:, 0]) <= 1e-2 * near):
+            kept.pop(end)
+    if not kept:
         raise InputError(f"found no {name}: the outline encloses no hollow; allowed: a casing with a cavity")
     made: list[Array] = []
-    for part in parts:
+    for part in kept:
         forward = np.maximum.accumulate(part[:, 0])
         if (forward - part[:, 0]).max() > tolerance:
             worst = int(np.argmax(forward - part[:, 0]))
@@ -229,18 +269,9 @@ def _monotone(
         if np.ptp(part[:, 0]) <= tolerance:  # a step in radius
             made.append(np.array([[part[0, 0], part[0, 1]], [part[0, 0], part[-1, 1]]]))
         else:
-            kept = np.concatenate([[True], np.diff(forward) > 0.0])
-            made.append(np.column_stack([forward, part[:, 1]])[kept])
+            rising = np.concatenate([[True], np.diff(forward) > 0.0])
+            made.append(np.column_stack([forward, part[:, 1]])[rising])
     return with_cones(made, 0.5 * _STEP * tolerance)
-
-
-def _trimmed(parts: list[Array], near: float) -> list[Array]:
-    """Parts of a line without its ends on the axis, and without faces across the axis there."""
-    kept = list(parts)
-    for end in (0, -1):
-        while kept and (kept[end][:, 1].max() <= near or np.ptp(kept[end][:, 0]) <= 1e-2 * near):
-            kept.pop(end)
-    return kept
 
 
 def with_cones(parts: Sequence[Array], half: float) -> list[Array]:
@@ -261,23 +292,11 @@ def with_cones(parts: Sequence[Array], half: float) -> list[Array]:
 
 
 def chords(parts: Sequence[Array], tolerance: float) -> Array:
-    """Corners of the fewest chords that Douglas and Peucker's way finds within `tolerance` (m) of a line's points.
+    """Corners of few chords (Douglas and Peucker's way) within `tolerance` (m) of the points of parts that join."""
+    import shapely
 
-    `parts` (n, 2) follow each other, each beginning where the one before ends.
-    """
     points = np.concatenate([parts[0][:1], *(one[1:] for one in parts)])
-    kept = np.zeros(len(points), dtype=bool)
-    kept[[0, -1]] = True
-    waiting = [(0, len(points) - 1)]
-    while waiting:
-        first, last = waiting.pop()
-        way, away = points[last] - points[first], points[first + 1 : last] - points[first]
-        off = np.abs(way[0] * away[:, 1] - way[1] * away[:, 0]) / np.hypot(*way)
-        if off.size and off.max() > tolerance:
-            worst = first + 1 + int(np.argmax(off))
-            kept[worst] = True
-            waiting += [(first, worst), (worst, last)]
-    return points[kept]
+    return shapely.get_coordinates(shapely.simplify(shapely.LineString(points), tolerance, preserve_topology=False))
 
 
 def _difference(one: Section, other: Section) -> tuple[float, float]:

@@ -4,19 +4,18 @@ from __future__ import annotations
 
 import re
 from itertools import pairwise
-from typing import TYPE_CHECKING, Literal, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from fragfield.contours.section import Section, chords, with_cones
 from fragfield.errors import InputError
-from fragfield.importing.cells import NotANumberError, Numbers, decimal_of
-from fragfield.importing.sheet import QuestionError, read_text_file
-from fragfield.importing.workbook import is_workbook, read_workbook
+from fragfield.importing.columns import NotANumberError, decimal_of, number_of
+from fragfield.importing.sheet import QuestionError, read_sheet
 from fragfield_base.units import UnitError, read_measure
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Sequence
     from pathlib import Path
 
     from numpy.typing import NDArray
@@ -27,9 +26,11 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
 
 
-_STATION = re.compile(r"station|position|distance|length|^(z|x|s)\b|from")
-_OUTER = re.compile(r"out(er|side)|ext|^od\b")
-_INNER = re.compile(r"inner|inside|cavity|bore|int|^id\b")
+_WHAT = {
+    "outer": re.compile(r"out(er|side)|ext|^od\b"),
+    "inner": re.compile(r"inner|inside|cavity|bore|int|^id\b"),
+    "station": re.compile(r"station|position|distance|length|^(z|x|s)\b|from"),
+}  # the first that a name fits
 _DIAMETER = re.compile(r"diam|⌀|ø|^[oi]d\b|dia\b")
 _RADIUS = re.compile(r"radi|\br\b")
 _BASE = re.compile(r"base|rear|tail")
@@ -39,9 +40,10 @@ _NARROW = 0.8  # of the other end's radius: then it is the nose
 
 
 class _Column(NamedTuple):
-    what: Literal["station", "outer", "inner"]
+    number: int
     name: str
     factor: float  # of its numbers, to metres; to radii where they are diameters
+    words: str
 
 
 def section_of_table(table: ContourTable, path: Path) -> tuple[Section, list[str], float]:
@@ -52,13 +54,12 @@ def section_of_table(table: ContourTable, path: Path) -> tuple[Section, list[str
     InputError: columns that are missing or do not say what they are, a cell that is not a number, stations that do not
     rise or fall throughout, ends that do not say which is the nose.
     """
-    names, rows, numbers, concluded = _rows(path)
-    columns = {column.what: (number, column) for number, column in _columns(path, names, table)}
-    values = {
-        what: np.array([_number(path, row, names[number], number, numbers) for row in rows]) * column.factor
-        for what, (number, column) in columns.items()
-    }
-    station, outer, inner = values["station"], values["outer"], values["inner"]
+    names, rows, decimal, concluded = _rows(path)
+    columns = _columns(path, names, table)
+    station, outer, inner = (
+        np.array([_number(path, row, columns[what], decimal) for row in rows]) * columns[what].factor
+        for what in ("station", "outer", "inner")
+    )
     ways = np.sign(np.diff(station))
     if not ((ways >= 0.0).all() or (ways <= 0.0).all()):
         turn = int(np.flatnonzero(ways != (1.0 if ways.sum() > 0.0 else -1.0))[0])
@@ -67,7 +68,7 @@ def section_of_table(table: ContourTable, path: Path) -> tuple[Section, list[str
         )
     if ways.sum() < 0.0:
         station, outer, inner = station[::-1], outer[::-1], inner[::-1]
-    first, words = _nose(path, table, columns["station"][1].name, outer)
+    first, words = _nose(path, table, columns["station"].name, outer)
     station = station - station[0] if first else (station[-1] - station)[::-1]
     if not first:
         outer, inner = outer[::-1], inner[::-1]
@@ -84,16 +85,8 @@ def section_of_table(table: ContourTable, path: Path) -> tuple[Section, list[str
             )
         parts = with_cones([np.array(pair) for pair in pairwise(line)], table.tolerance)
         contours.append(chords(parts, table.tolerance))
-    read = "; ".join(f'"{column.name}" {_words(column)}' for _, column in columns.values())
-    return Section(contours[0], contours[1], concluded), [read, words], columns["station"][1].factor
-
-
-def _words(column: _Column) -> str:
-    length = (
-        1e3 * column.factor * (2.0 if column.what != "station" and _DIAMETER.search(column.name.casefold()) else 1.0)
-    )
-    kind = "" if column.what == "station" else " diameter" if length > 1.5e3 * column.factor else " radius"
-    return f"as {column.what}{kind} in units of {length:g} mm"
+    read = "; ".join(column.words for column in columns.values())
+    return Section(contours[0], contours[1], concluded), [read, words], columns["station"].factor
 
 
 def _hollow(radius: Array) -> NDArray[np.bool_]:
@@ -105,92 +98,83 @@ def _hollow(radius: Array) -> NDArray[np.bool_]:
     return kept
 
 
-def _rows(path: Path) -> tuple[list[str], list[Row], Numbers, list[str]]:
+def _rows(path: Path) -> tuple[list[str], list[Row], str, list[str]]:
     """Column names, lines with their cells, how their numbers are read, and what was concluded of the file."""
-    sheet = read_workbook(path) if is_workbook(path) else read_text_file(path)
+    sheet = read_sheet(path)
     if len(sheet.rows) < 3:
         raise InputError(f"{path}: found {len(sheet.rows)} lines; needed: a line of column names and two rows or more")
     names = [str(cell).strip() for cell in sheet.rows[0].cells]
     rows = [row for row in sheet.rows[1:] if any(not _is_empty(cell) for cell in row.cells)]
     try:
-        decimal, guess = decimal_of(sheet, rows, None)
+        decimal, guesses = decimal_of(sheet, rows, None)
     except QuestionError:  # "146.800" throughout: no round has 146 thousand of any unit
         points = any("." in cell for row in rows for cell in row.cells if isinstance(cell, str))
-        decimal, guess = "point" if points else "comma", None
-    words = [str(one) for one in [*sheet.guesses, guess] if one is not None and "utf-8" not in one.value]
-    return names, rows, Numbers(decimal), words
+        decimal, guesses = "point" if points else "comma", []
+    words = [str(one) for one in [*sheet.guesses, *guesses] if "utf-8" not in one.value]
+    return names, rows, decimal, words
 
 
 def _is_empty(cell: Cell) -> bool:
     return isinstance(cell, str) and cell.strip() in ("", "-", "–")
 
 
-def _columns(path: Path, names: Sequence[str], table: ContourTable) -> Iterator[tuple[int, _Column]]:
-    found: dict[str, int] = {}
+def _columns(path: Path, names: Sequence[str], table: ContourTable) -> dict[str, _Column]:
+    found: dict[str, _Column] = {}
     for number, name in enumerate(names):
         plain = re.sub(r"[_\s]+", " ", name.casefold()).strip()
-        what = (
-            "outer"
-            if _OUTER.search(plain)
-            else "inner"
-            if _INNER.search(plain)
-            else "station"
-            if _STATION.search(plain)
-            else ""
-        )
-        if what and what not in found:
-            found[what] = number
-            yield number, _column(path, what, name, plain, table)  # type: ignore[arg-type]
-        elif what:
+        what = next((what for what, pattern in _WHAT.items() if pattern.search(plain)), "")
+        if what in found:
             raise InputError(
-                f"{path}: found two columns that may be the {what}: {names[found[what]]}, {name}; allowed: one"
+                f"{path}: found two columns that may be the {what}: {found[what].name}, {name}; allowed: one"
             )
+        if what:
+            unit, kind = _unit(path, name, table), ""
+            if what != "station":
+                if bool(_DIAMETER.search(plain)) == bool(_RADIUS.search(plain)):
+                    raise InputError(
+                        f'{path}: column "{name}" says neither diameter nor radius; needed: one of the two in its name'
+                    )
+                kind = " diameter" if _DIAMETER.search(plain) else " radius"
+            words = f'"{name}" as {what}{kind} in units of {1e3 * unit:g} mm'
+            found[what] = _Column(number, name, 0.5 * unit if kind == " diameter" else unit, words)
     for what in ("station", "outer", "inner"):
         if what not in found:
             raise InputError(
                 f"{path}: found no column of the {what} among {', '.join(names)}; needed: such as station_mm, "
                 "outer_diameter_mm, inner_diameter_mm"
             )
+    return found
 
 
-def _column(
-    path: Path, what: Literal["station", "outer", "inner"], name: str, plain: str, table: ContourTable
-) -> _Column:
-    named = _UNIT.search(name.strip())
-    unit = table.unit_length
-    if named is not None:
-        try:
-            own = read_measure(next(filter(None, named.groups()))).value
-        except UnitError as fault:
-            raise InputError(f"{path}: column {name}: {fault}") from None
-        if unit is not None and abs(unit / own - 1.0) > 1e-6:
-            raise InputError(
-                f'{path}: unit: found {1e3 * unit:g} mm, and column "{name}" says {1e3 * own:g} mm; allowed: one'
-            )
-        unit = own
-    if unit is None:
+def _unit(path: Path, name: str, table: ContourTable) -> float:
+    """Length (m) of the unit of a column, by its name or as asked for."""
+    named, unit = _UNIT.search(name.strip()), table.unit_length
+    if named is None and unit is None:
         raise InputError(
             f'{path}: column "{name}" names no unit; needed: one in its name, such as "{name} [mm]", or unit = "1 mm"'
         )
-    if what == "station":
-        return _Column(what, name, unit)
-    diameter, radius = _DIAMETER.search(plain), _RADIUS.search(plain)
-    if bool(diameter) == bool(radius):
+    if named is None:
+        return float(unit or 0.0)
+    try:
+        own = read_measure(next(filter(None, named.groups()))).value
+    except UnitError as fault:
+        raise InputError(f"{path}: column {name}: {fault}") from None
+    if unit is not None and abs(unit / own - 1.0) > 1e-6:
         raise InputError(
-            f'{path}: column "{name}" says neither diameter nor radius; needed: one of the two in its name'
+            f'{path}: unit: found {1e3 * unit:g} mm, and column "{name}" says {1e3 * own:g} mm; allowed: one'
         )
-    return _Column(what, name, 0.5 * unit if diameter else unit)
+    return own
 
 
-def _number(path: Path, row: Row, name: str, place: int, numbers: Numbers) -> float:
-    cell: Cell = row.cells[place] if place < len(row.cells) else ""
+def _number(path: Path, row: Row, column: _Column, decimal: str) -> float:
+    cell: Cell = row.cells[column.number] if column.number < len(row.cells) else ""
     if _is_empty(cell):
         return float("nan")
     try:
-        return numbers.value(cell)
+        return number_of(cell, decimal)
     except NotANumberError as fault:
         raise InputError(
-            f"{path}: line {row.line}, column {name}: {fault}; allowed: a number, or nothing where it is solid"
+            f"{path}: line {row.line}, column {column.name}: {fault}; allowed: a number, or nothing where it is solid"
         ) from None
 
 

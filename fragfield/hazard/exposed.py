@@ -334,7 +334,7 @@ def student_bound(groups: int) -> float:
 
 def _margin(away: NDArray[np.float64], distance: NDArray[np.float64], found: EnsembleHazard) -> float | None:
     """Smallest distance (m) of a site's edge beyond the line of the expected density's bound as it is drawn."""
-    from flight.hazard.contours import smooth_outline
+    from fragfield.hazard.contours import smooth_outline
 
     expected = found.expected
     if found.undetermined:

@@ -22,9 +22,9 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike
 
-    from flight.hazard.tp12 import BeamDistance, PolarField, StackDistance
     from fragfield.case import CaseTable
     from fragfield.case.tables.site import OfficialTable
+    from fragfield.hazard.tp12 import BeamDistance, PolarField, StackDistance
     from fragfield.pipeline.single_round import SingleRound
     from fragfield.results.rules import Contents, FragmentField
 
@@ -263,8 +263,8 @@ def tp12_part(case: CaseTable, single: SingleRound) -> Tp12:
 
 def tp12_rules(case: CaseTable, part: Tp12) -> Iterator[Rule]:
     """The same as rules beside the others; `part` from `tp12_part`."""
-    from flight.hazard.tp12 import SUPERSONIC_DRAG
     from flight.shape import FORGED_STEEL_SHELL, HEAVY_PIECES_OF_STACKS
+    from fragfield.hazard.tp12 import SUPERSONIC_DRAG
 
     beam, stack, source = part.beam, part.stack, part.single_round
     no_stack = "" if stack is not None and stack.distance is not None else (stack and stack.reason) or source
@@ -331,10 +331,9 @@ def _counts(case: CaseTable) -> tuple[int, int, int]:
 
 
 def _beam(case: CaseTable, field: PolarField) -> BeamDistance:
-    from flight.hazard.retardation import Retardation
-    from flight.hazard.tp12 import beam_distance
     from flight.shape import FORGED_STEEL_SHELL
     from fragfield.case.problem import flight_arguments, hazard_criteria
+    from fragfield.hazard.tp12 import Retardation, beam_distance
 
     density, sound = _air(case)
     drag = flight_arguments(case)["drag"]
@@ -343,8 +342,8 @@ def _beam(case: CaseTable, field: PolarField) -> BeamDistance:
 
 
 def _stack(case: CaseTable, field: PolarField, side: int, top: int) -> tuple[StackDistance, float]:
-    from flight.hazard.tp12 import effective_number, stack_distance
     from fragfield.case.problem import hazard_criteria
+    from fragfield.hazard.tp12 import effective_number, stack_distance
 
     number = effective_number(side, top, case.hazard.stack_rule.cover)
     density, _ = _air(case)

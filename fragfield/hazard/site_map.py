@@ -23,11 +23,11 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from flight import HeightMap
-    from flight.hazard.contours import Contour
     from flight.hazard.ensemble import EnsembleHazard
-    from flight.hazard.site import Site
     from fragfield.case import CaseTable
     from fragfield.files.run_directory import RunDirectory
+    from fragfield.hazard.contours import Contour
+    from fragfield.places.site import Site
     from fragfield.results.site import ExposedSite
 
     Array = NDArray[np.float64]
@@ -50,9 +50,18 @@ FOLDERS = {
     "recommended": "recommended distance",
     "obstacle": "obstacles",
     "terrain": "contours of the ground",
+    **dict.fromkeys(("hazard_upper", "hazard", "max_throw"), "distances by direction"),
 }
-"""Folder of a KML file by kind of shape; distances by direction have their own."""
-COLORS = {"recommended": "#7a1f10", "obstacle": "#6b4e16", "round": "#1d2733", "terrain": "#9a8a6f"}
+"""Folder of a KML file by kind of shape."""
+COLORS = {
+    "recommended": "#7a1f10", "obstacle": "#6b4e16", "round": "#1d2733", "terrain": "#9a8a6f",
+    "hazard_upper": "#b3361e", "hazard": "#b3361e", "max_throw": "#16365c",
+}  # fmt: skip
+_STATISTICS = {
+    "hazard_upper": ("expected_density", "upper"), "hazard": ("expected_density", "expected"),
+    "max_throw": ("max_throw", "pooled"),
+}  # fmt: skip
+"""Quantity and statistic of distances by direction in geographic files."""
 
 
 @dataclass(frozen=True)
@@ -130,19 +139,20 @@ def extent_of(shapes: Sequence[Shape]) -> tuple[Array, Array]:
 
 
 def to_contours(shapes: Sequence[Shape], site: Site, origin: tuple[float, float]) -> list[Contour]:
-    """Shapes other than distances by direction as lines on the Earth, for GeoJSON and KML."""
-    from flight.hazard.contours import Contour
+    """Shapes as lines on the Earth, for GeoJSON and KML."""
+    from fragfield.hazard.contours import Contour
 
     made = []
     for shape in shapes:
-        if shape.kind in ("hazard_upper", "hazard", "max_throw"):
-            continue  # the flight writes them as geodesic arcs
         away = shape.points - np.asarray(origin)
         turn = np.degrees(np.arctan2(away[:, 1], away[:, 0]))
         ring = site.coordinates(turn, np.hypot(away[:, 0], away[:, 1]))
         if shape.closed and len(ring) > 1:
             ring = np.concatenate([ring, ring[:1]])
-        properties = {"name": shape.name, "quantity": shape.kind, "what": KINDS[shape.kind], **shape.properties}
+        quantity, statistic = _STATISTICS.get(shape.kind, (shape.kind, None))
+        properties = {"name": shape.name, "quantity": quantity, "what": KINDS[shape.kind], **shape.properties}
+        if statistic is not None:
+            properties["statistic"] = statistic
         look: dict[str, Any] = {"folder": FOLDERS[shape.kind]}
         if shape.kind == "exposed":
             verdict = shape.properties["verdict"]
@@ -158,7 +168,7 @@ def to_contours(shapes: Sequence[Shape], site: Site, origin: tuple[float, float]
 
 
 def _distances(case: CaseTable, found: EnsembleHazard) -> Iterator[Shape]:
-    from flight.hazard.contours import outline, smooth_outline
+    from fragfield.hazard.contours import outline, smooth_outline
 
     expected, origin = found.expected, np.asarray(case.flight.origin)
     rows: list[tuple[str, Array]] = [("max_throw", found.by_sector["max_throw"].pooled)]
@@ -169,7 +179,12 @@ def _distances(case: CaseTable, found: EnsembleHazard) -> Iterator[Shape]:
             turn, distance = outline(reach) if kind == "max_throw" else smooth_outline(reach, expected.kernel)
             turn = np.radians(turn)
             points = origin + distance[:, None] * np.column_stack([np.cos(turn), np.sin(turn)])
-            yield Shape(kind, KINDS[kind], points, properties={"largest_m": round(float(reach.max()), 1)})
+            properties = {"largest_m": round(float(reach.max()), 3), "realisations": found.realisations}
+            if kind != "max_throw":
+                properties |= {
+                    "realisations": expected.realisations, "converged": expected.uncertainty <= found.tolerance,
+                }  # fmt: skip
+            yield Shape(kind, KINDS[kind], points, properties=properties)
 
 
 def _recommended(case: CaseTable, distance: float | None) -> Iterator[Shape]:
@@ -250,9 +265,9 @@ def write_contours(
     site = site_of(case)
     if site is None:
         return
-    from flight.hazard.contours import contours_of, write_geojson, write_kml
+    from fragfield.hazard.contours import write_geojson, write_kml
 
     shapes = shapes_of(case, found, exposed, recommended)
-    contours = to_contours(shapes, site, case.flight.origin) + contours_of(found, site)
+    contours = to_contours(shapes, site, case.flight.origin)
     write_geojson(contours, site, target.file("contours.geojson"), provenance)
     write_kml(contours, site, target.file("contours.kml"), provenance)

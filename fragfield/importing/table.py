@@ -1,4 +1,4 @@
-"""`fragfield.import_table`: a table of a test, in any usual form, as a file that a case reads."""
+"""`fragfield.import_table`: a table of a test as a file that a case reads."""
 
 from __future__ import annotations
 
@@ -13,16 +13,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 
+from flight.arena import ArenaTable
 from flight.errors import InputError as FlightInputError
 from flight.files.text_tables import write_columns
 from fragfield.case.checks.expected_masses import RECOVERED
 from fragfield.errors import InputError
-from fragfield.importing import arena
-from fragfield.importing.cells import GROUPS, QUANTITIES, plain
-from fragfield.importing.columns import Columns, columns_by_name
-from fragfield.importing.layout import lay_out
-from fragfield.importing.sheet import Guess, QuestionError, read_text_file
-from fragfield.importing.workbook import is_workbook, read_workbook
+from fragfield.importing.columns import GROUPS, QUANTITIES, Columns
+from fragfield.importing.sheet import Guess, QuestionError, read_sheet
 from fragfield.interface.kinds import File, Kind, PathName
 from fragfield.version import __version__
 from fragfield_base.errors import names_allowed
@@ -33,9 +30,7 @@ from fragfield_base.writing import write_bytes
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from flight.arena import ArenaTable
-    from fragfield.importing.layout import Layout
-    from fragfield.importing.sheet import Sheet
+    Array = NDArray[np.float64]
 
 
 KINDS = {
@@ -43,7 +38,19 @@ KINDS = {
     "pit": "fragments counted by mass: break_up.mean_mass",
 }
 """Kinds of tables, and where a case takes them."""
+_ARENA = (
+    "zone_from", "zone_to", "zone", "mass_from", "mass_to", "mass_group", "number", "mean_mass", "total_mass", "mass",
+    "mean_speed", "max_speed",
+)  # fmt: skip
 _PIT = ("mass_above", "mass_from", "mass_to", "mass_group", "number", "total_mass", "mass")
+_SNAP = 0.02  # degrees by which rounded radians may miss 180
+_LABELS = {
+    "rows": ("rows", "{:g}"), "pieces": ("pieces", "{:.10g}"), "mass": ("total mass", "{:.4g} kg"),
+    "zones": ("polar zones", "{:g}"), "largest_mean_mass": ("heaviest group, mean mass", "{:.4g} kg"),
+    "mean_speeds": ("mean speeds", "{:.4g} to {:.4g} m/s"), "lightest": ("lightest mass counted", "{:.4g} kg"),
+    "most_mass_deg": ("zone of the most mass", "{:g} to {:g} degrees from the nose"),
+    "casing_mass": ("mass of the casing", "{:.4g} kg"), "recovered_fraction": ("of it recovered", "{:.1%}"),
+}  # fmt: skip
 
 
 @dataclass(frozen=True, repr=False)
@@ -61,7 +68,7 @@ class ImportedTable:
     guesses : list of Guess
         What was concluded of the file: `what`, `value`, `reason`.
     dropped : list of str
-        Rows and columns that were left out.
+        Columns that were left out.
     summary : dict
         Numbers to compare with the test's report: pieces, masses (kg), zones, speeds (m/s).
     rounds : float
@@ -79,25 +86,20 @@ class ImportedTable:
     rounds: float = 1.0
     provenance: dict[str, str] = field(default_factory=dict)
 
-    @property
-    def default_name(self) -> str:
-        """Name of the file beside the source that `write` takes."""
-        return f"{self.source.stem}_{self.kind}.csv"
-
     def write(self, path: PathName | None = None) -> Path:
-        """Write the file that a case reads; without a path into the working folder under `default_name`.
+        """Write the file that a case reads; without a path into the working folder, called after source and kind.
 
         Raises InputError: it would replace its own source, or cannot be written.
         """
-        target = absolute(self.default_name if path is None else path, InputError)
+        target = absolute(f"{self.source.stem}_{self.kind}.csv" if path is None else path, InputError)
         if target.suffix.lower() != ".csv":
             raise InputError(f"{target}: a table of the kind {self.kind} is written as .csv; name it so")
         if target.resolve() == self.source.resolve():
             raise InputError(f"{target}: is the file that was read; name another with --out")
         try:
             if not isinstance(self.content, dict):
-                return self.content.write(target, self.provenance)
-            write_columns(target, self.content, self.provenance)
+                return self.content.write(target)
+            write_columns(target, self.content)
         except FlightInputError as error:
             raise InputError(str(error)) from None
         if self.rounds != 1.0:  # a comment that our reader of pit tests takes the number from
@@ -108,11 +110,18 @@ class ImportedTable:
         return f"<fragfield.ImportedTable {self.kind} of {self.source.name!r}: {self.summary['rows']} rows>"
 
     def __str__(self) -> str:
-        lines = [f"{self.source.name}: {self.kind} ({KINDS[self.kind].partition(':')[0]})"]
-        lines += [f"  {guess}" for guess in self.guesses]
-        lines += [f"  left out: {one}" for one in self.dropped]
-        lines += [f"  {line}" for line in summary_lines(self.summary)]
-        return "\n".join(lines)
+        lines = [*map(str, self.guesses), *(f"left out: {one}" for one in self.dropped)]
+        for name, value in self.summary.items():
+            label, form = _LABELS[name]
+            lines.append(f"{label}: {form.format(*(value if isinstance(value, list) else [value]))}")
+        low, high = RECOVERED
+        if not low <= self.summary.get("recovered_fraction", 1.0) <= high:
+            lines.append(
+                f"warning: `fly` refuses a table with less than {low:.0%} or more than {high:.0%} of the casing; are "
+                "its numbers those of one round (--rounds), its masses in their unit (--unit)?"
+            )
+        head = f"{self.source.name}: {self.kind} ({KINDS[self.kind].partition(':')[0]})"
+        return "\n  ".join([head, *lines])
 
 
 def import_table(
@@ -134,7 +143,7 @@ def import_table(
     case: File | None = None,
     casing_mass: str | float | None = None,
 ) -> ImportedTable:
-    """Read a table of a test in any usual form: CSV, XLSX, ODS.
+    """Read a table of a test: CSV, XLSX, ODS.
 
     Parameters
     ----------
@@ -155,7 +164,7 @@ def import_table(
     sheet : str, optional
         Sheet of a workbook, by name or number.
     rows : str, optional
-        Lines of the table with its names: 3:18 or 3:18,22:30.
+        Lines of the table with its names: 3:18 or 3,5:18.
     number_of_rounds : float, optional
         Rounds that the numbers are of together; 0.25: a quarter of the azimuth.
     zone_width : float
@@ -178,67 +187,59 @@ def import_table(
         factor: its `option` names the parameter that answers, `choices` the answers.
     """
     source = absolute(path, InputError)
-    _check_choices(source, kind, columns or {}, units or {})
+    if kind is not None and kind not in KINDS:
+        raise InputError(f"{source}: kind {kind!r}{names_allowed(kind, KINDS)}")
+    known = [*GROUPS.values(), *(name for name, one in QUANTITIES.items() if one.unit)]
+    for what, given, allowed in (("column", columns or {}, list(QUANTITIES)), ("unit of", units or {}, known)):
+        for name in given:
+            if name not in allowed:
+                raise InputError(f"{source}: {what} {name!r}{names_allowed(name, allowed)}")
     casing = _casing(case, casing_mass)
-    layout = lay_out(open_sheet(source, encoding, separator, sheet), decimal=decimal, rows=rows)
-    chosen, given = dict(columns or {}), dict(units or {})
-    kind = kind or _kind_of(layout, chosen)
-    rounds = _rounds(layout, number_of_rounds)
-    options = arena.ArenaOptions(rounds, zone_width, from_base, empty_zones, zone_angle)
-    content, guesses, dropped = _content(layout, kind, chosen, given, options)
-    summary = _summary(kind, content, len(layout.rows), casing)
+    cells = read_sheet(source, encoding=encoding, separator=separator, sheet=sheet)
+    table = Columns(cells, chosen=columns or {}, units=units or {}, decimal=decimal, lines=rows)
+    kind = kind or _kind_of(table)
+    table.find(_ARENA if kind == "arena" else _PIT)
+    rounds = _rounds(table, number_of_rounds)
+    content: ArenaTable | dict[str, Array]
+    if kind == "arena":
+        try:
+            content = _arena(table, rounds, zone_width, zone_angle, from_base, empty_zones)
+        except FlightInputError as error:
+            raise InputError(f"{source}: {error}") from None
+        table.guesses.append(Guess("angles", f"from the {'base' if from_base else 'nose'}", "--from-base turns them"))
+        table.guesses.append(Guess("numbers", f"of {rounds:g} round{'' if rounds == 1 else 's'}", "--rounds"))
+    else:
+        content = _pit(table)
+        _check_pit(source, content, rounds)
     provenance = {
         "what": KINDS[kind].partition(":")[0],
         "source": source.name,
         "source_sha256": hashlib.sha256(source.read_bytes()).hexdigest(),
-        "concluded": "; ".join(map(str, guesses)),
-        "left out": "; ".join(dropped),
+        "concluded": "; ".join(map(str, table.guesses)),
+        "left out": "; ".join(table.unused()),
         "program": "fragfield import",
         "program_version": __version__,
     }
-    return ImportedTable(kind, source, content, guesses, dropped, summary, rounds, provenance)
+    summary = _summary(content, len(table.rows), casing)
+    return ImportedTable(kind, source, content, table.guesses, table.unused(), summary, rounds, provenance)
 
 
-def open_sheet(
-    path: Path, encoding: str | None = None, separator: str | None = None, sheet: str | None = None
-) -> Sheet:
-    """The cells of a file, before anything is concluded of their meaning; raises as `import_table`."""
-    return read_workbook(path, sheet) if is_workbook(path) else read_text_file(path, encoding, separator)
-
-
-_ROUNDS = re.compile(r"number of (?:rounds?|tests?|shots?)\b\D{0,12}?(\d+(?:\.\d+)?)")
-"""What a line above a table says of the rounds that it is of, as `plain` has it."""
-
-
-def _rounds(layout: Layout, given: float | None) -> float:
+def _rounds(table: Columns, given: float | None) -> float:
     """Rounds that the numbers are of; a line above the table that names several has to be confirmed."""
     if given is not None:
-        if not (np.isfinite(given) and given > 0.0):
-            raise InputError(f"{layout.sheet.path}: {given} rounds; needed: above zero")
+        if not (math.isfinite(given) and given > 0.0):
+            raise InputError(f"{table.sheet.path}: {given} rounds; needed: above zero")
         return given
-    for line in layout.above:
+    for line in table.above:
         if own := re.fullmatch(r"\s*rounds\s*[=:]\s*([\d.]+)\s*", line):
-            layout.guesses.append(Guess("rounds", own[1], f"the comment {line!r}"))
-            return _rounds(layout, float(own[1]))
-        said = _ROUNDS.search(plain(line))
+            return _rounds(table, float(own[1]))
+        said = re.search(r"number of (?:rounds?|tests?|shots?)\b\D{0,12}?(\d+(?:\.\d+)?)", line.casefold())
         if said and float(said[1]) not in (0.0, 1.0):
             raise QuestionError(
-                f"{layout.sheet.path}: {line!r} stands above the table: its numbers are of one round, or of all",
+                f"{table.sheet.path}: {line!r} stands above the table: its numbers are of one round, or of all",
                 "rounds", ("1", said[1]),
             )  # fmt: skip
     return 1.0
-
-
-def _check_choices(path: Path, kind: str | None, columns: Mapping[str, str], units: Mapping[str, str]) -> None:
-    if kind is not None and kind not in KINDS:
-        raise InputError(f"{path}: kind {kind!r}{names_allowed(kind, KINDS)}")
-    for name in columns:
-        if name not in QUANTITIES:
-            raise InputError(f"{path}: column {name!r}{names_allowed(name, QUANTITIES)}")
-    known = [*GROUPS.values(), *(name for name, one in QUANTITIES.items() if one.unit)]
-    for name in units:
-        if name not in known:
-            raise InputError(f"{path}: unit of {name!r}{names_allowed(name, known)}")
 
 
 def _casing(case: PathName | None, mass: str | float | None) -> float | None:
@@ -253,74 +254,161 @@ def _casing(case: PathName | None, mass: str | float | None) -> float | None:
         return float(masses_of(values.round[0]).casing)
     if mass is None:
         return None
-    if isinstance(mass, str):
-        try:
-            measure = read_measure(mass)
-        except UnitError as error:
-            raise InputError(f"casing mass: found {mass!r}, {error}; allowed: a mass such as 12.1 kg") from None
-        if not measure.is_of("kg"):
-            raise InputError(f"casing mass: found {mass!r}; allowed: a mass such as 12.1 kg")
-        mass = measure.value
-    if not (np.isfinite(mass) and mass > 0.0):
-        raise InputError(f"casing mass: found {mass} kg; needed: above zero")
-    return float(mass)
+    try:
+        measure = read_measure(mass if isinstance(mass, str) else f"{mass!r} kg")
+    except UnitError as error:
+        raise InputError(f"casing mass: found {mass!r}, {error}; allowed: a mass such as 12.1 kg") from None
+    if not (measure.is_of("kg") and measure.value > 0.0):
+        raise InputError(f"casing mass: found {mass!r}; allowed: a mass above zero such as 12.1 kg")
+    return measure.value
 
 
-def _kind_of(layout: Layout, chosen: Mapping[str, str]) -> str:
+def _kind_of(table: Columns) -> str:
     """The kind whose columns a table has."""
-    if {"zone", "zone_from"} & set(columns_by_name(layout, ("zone", "zone_from"), chosen)):
+    meant = {*table.chosen, *table.meanings()}
+    if meant & {"zone", "zone_from"}:
         return "arena"
-    masses = ("mass_above", "mass_from", "mass_group", "mass")
-    if any(columns_by_name(layout, [one], chosen) for one in masses):
+    if meant & {"mass_above", "mass_from", "mass_group", "mass"}:
         return "pit"
-    titles = [repr(one) for one in layout.names if one]
+    titles = [repr(one) for one in table.names if one]
     have = f"found the columns {', '.join(titles)}" if titles else "its columns have no names"
-    raise QuestionError(f"{layout.sheet.path}: the kind of table is not known: {have}", "kind", list(KINDS))
+    raise QuestionError(f"{table.sheet.path}: the kind of table is not known: {have}", "kind", list(KINDS))
 
 
-def _content(
-    layout: Layout, kind: str, chosen: Mapping[str, str], units: Mapping[str, str], options: arena.ArenaOptions
-) -> tuple[ArenaTable | dict[str, NDArray[np.float64]], list[Guess], list[str]]:
-    if kind == "arena":
-        return arena.arena_table(layout, chosen, units, options)
-    columns = Columns(layout, columns_by_name(layout, _PIT, chosen), units, chosen)
-    content = _pit_columns(columns)
-    _check_pit(layout.sheet.path, content, options.rounds)
-    dropped = [*layout.dropped, *(f"column {one!r}" for one in columns.unused())]
-    return content, [*layout.guesses, *columns.guesses], dropped
+def _arena(
+    table: Columns, rounds: float, width: float, zone_angle: str | None, from_base: bool, empty_zones: bool
+) -> ArenaTable:
+    """One row a piece, a zone, or a zone and group of mass; numbers of one round."""
+    if "number" not in table and "zone" in table and "mass" in table:
+        table.require("mean_speed")
+        polar, mass, speed = (table.whole(name) for name in ("zone", "mass", "mean_speed"))
+        for name, values, bad, allowed in (
+            ("zone", polar, (polar < 0.0) | (polar > 180.0), "0 to 180 degrees from the nose"),
+            ("mass", mass, ~(mass > 0.0), "above zero"),
+        ):
+            if bad.any():
+                at = int(np.argmax(bad))
+                raise InputError(f"{table.place(at, name)}: found {values[at]:g}; allowed: {allowed}")
+        table.guesses.append(Guess("layout", "one row a piece", "an angle and a mass, but no count"))
+        return ArenaTable.of_pieces(mass, 180.0 - polar if from_base else polar, speed, rounds, width=width)
+    start, end = _zones(table, zone_angle)
+    table.require("number", "mean_speed")
+    number = np.nan_to_num(table.values("number"))
+    table.refuse_sum(number)
+    if (number < 0.0).any():
+        raise InputError(f"{table.place(int(np.argmin(number)), 'number')}: found {number.min():g}; needed: 0 or more")
+    held = number > 0.0
+    low, high = _groups(table) or (np.zeros(len(number)), np.full(len(number), math.inf))
+    mean, speed = _mean_mass(table, number), table.whole("mean_speed", held)
+    largest = np.maximum(table.values("max_speed") if "max_speed" in table else speed, speed)
+    if from_base:
+        start, end = 180.0 - end, 180.0 - start
+    zones, zone = _edges(table, start, end, empty_zones)
+    keep = held if held.any() else np.ones(len(held), dtype=bool)
+    columns = (low, high, number / rounds, mean, speed, largest)
+    return ArenaTable.of_rows(zones, zone[keep], *(np.nan_to_num(one, posinf=math.inf)[keep] for one in columns))
 
 
-def _pit_columns(columns: Columns) -> dict[str, NDArray[np.float64]]:
+def _down(values: Array) -> Array:
+    """Values, empty ones as those above them: merged cells."""
+    return values[np.maximum.accumulate(np.where(np.isnan(values), 0, np.arange(len(values))))]
+
+
+def _zones(table: Columns, zone_angle: str | None) -> tuple[Array, Array]:
+    """Edges of the zone of every row (degrees)."""
+    if "zone_from" in table or "zone" not in table:
+        table.require("zone_from", "zone_to")
+        return _down(table.values("zone_from")), _down(table.values("zone_to"))
+    if ranges := table.ranges("zone"):
+        return _down(ranges[0]), _down(ranges[1])
+    angles = _down(table.values("zone"))
+    each = np.unique(angles[~np.isnan(angles)])
+    if len(each) < 2 or zone_angle not in ("from", "centre", "to"):
+        words = ", ".join(f"{one:g}" for one in (each if len(each) < 4 else [*each[:2], each[-1]]))
+        raise QuestionError(
+            f"{table.sheet.path}: zone: one angle a zone, {words}", "zone-angle", ("from", "centre", "to")
+        )
+    edges = {
+        "from": np.append(each, 180.0),
+        "to": np.insert(each, 0, 0.0),
+        "centre": np.concatenate([[0.0], np.round((each[1:] + each[:-1]) / 2.0, 9), [180.0]]),
+    }[zone_angle]
+    at = np.searchsorted(each, angles)
+    return edges[at], edges[at + 1]
+
+
+def _groups(table: Columns) -> tuple[Array, Array] | None:
+    """Lower and upper masses of groups (kg), the last without an upper end where it is empty; None without columns."""
+    if "mass_group" in table and (ranges := table.ranges("mass_group")):
+        if np.isnan(ranges[0]).any():
+            table.whole("mass_group")
+        return ranges
+    if "mass_from" not in table:
+        return None
+    table.require("mass_to")
+    high = table.values("mass_to")
+    return table.whole("mass_from"), np.where(np.isnan(high), math.inf, high)
+
+
+def _mean_mass(table: Columns, number: Array) -> Array:
+    """Mean mass of every row; a column "mass" is the mean or the total, which the caller says."""
+    held = number > 0.0
+    if "mean_mass" in table:
+        return table.whole("mean_mass", held)
+    if "total_mass" in table:
+        return np.divide(table.whole("total_mass", held), number, out=np.zeros(len(number)), where=held)
+    if "mass" not in table:
+        table.require("mean_mass")
+    title = table.names[table.index["mass"]] or str(table.index["mass"] + 1)
+    raise QuestionError(
+        f"{table.sheet.path}: mass ({title!r}) is that of one fragment, or of all of the row", "column",
+        [f'mean_mass="{title}"', f'total_mass="{title}"'],
+    )  # fmt: skip
+
+
+def _edges(table: Columns, start: Array, end: Array, empty_zones: bool) -> tuple[Array, NDArray[np.int64]]:
+    """Edges of all zones, and the zone of every row; zones without rows are refused or empty."""
+    start, end = (np.round(np.where(np.abs(one - 180.0) < _SNAP, 180.0, one), 9) for one in (start, end))
+    bad = ~((start >= 0.0) & (end <= 180.0) & (start < end))
+    path = table.sheet.path
+    if bad.any():
+        at = int(np.argmax(bad))
+        raise InputError(
+            f"{table.sheet.place(table.rows[at].line)}: a zone from {start[at]:g} to {end[at]:g} degrees; "
+            "allowed: rising, from 0 to 180"
+        )
+    edges = np.unique(np.concatenate([start, end]))
+    zone = np.searchsorted(edges, start)
+    over = end != edges[zone + 1]
+    if over.any():
+        raise InputError(f"{path}: the zone from {start[over][0]:g} to {end[over][0]:g} degrees overlaps another")
+    whole = np.unique(np.concatenate([edges, [0.0, 180.0]]))
+    zone = np.searchsorted(whole, start).astype(np.int64)
+    gaps = np.setdiff1d(np.arange(len(whole) - 1), zone)
+    if len(gaps) and not empty_zones:
+        words = ", ".join(f"{whole[at]:g} to {whole[at + 1]:g}" for at in gaps[:4])
+        raise QuestionError(
+            f"{path}: no row for {words} degrees{' and more' if len(gaps) > 4 else ''}: nothing fell there, which "
+            "--empty-zones says, or it was not measured, which cannot be flown", "empty-zones",
+        )  # fmt: skip
+    return whole, zone
+
+
+def _pit(table: Columns) -> dict[str, Array]:
     """Columns of a file that `break_up.mean_mass` names: groups of mass, numbers above masses, or pieces."""
-    if "mass_above" in columns:
-        columns.require("number")
-        return {"mass_above_kg": columns.whole("mass_above"), "number": columns.whole("number")}
-    if "mass_group" in columns or "mass_from" in columns:
-        low, high = _groups(columns)
-        columns.require("number")
-        number = np.nan_to_num(columns.values("number"))
-        columns.refuse_sum(number)
-        found = {"mass_from_kg": low, "mass_to_kg": high, "number": number}
-        weighed = next((name for name in ("total_mass", "mass") if name in columns), None)
-        return found if weighed is None else found | {"mass_kg": np.nan_to_num(columns.values(weighed))}
-    columns.require("mass")
-    found = {"mass_kg": columns.whole("mass")}
-    return found | ({"number": columns.whole("number")} if "number" in columns else {})
-
-
-def _groups(columns: Columns) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    if "mass_group" not in columns:
-        columns.require("mass_from", "mass_to")
-        high = columns.values("mass_to")
-        high[-1] = math.inf if np.isnan(high[-1]) else high[-1]
-        if np.isnan(high).any():
-            columns.whole("mass_to")
-        return columns.whole("mass_from"), high
-    ranges = columns.intervals("mass_group", "kg")
-    for row, one in zip(columns.layout.rows, ranges, strict=True):
-        if one is None:
-            raise InputError(f"{columns.place(row, 'mass_group')}: not a range; allowed: from and to, as 5-10 or > 50")
-    return np.array([one.low for one in ranges if one]), np.array([one.high for one in ranges if one])
+    if "mass_above" in table:
+        table.require("number")
+        return {"mass_above_kg": table.whole("mass_above"), "number": table.whole("number")}
+    if groups := _groups(table):
+        table.require("number")
+        number = np.nan_to_num(table.values("number"))
+        table.refuse_sum(number)
+        found = {"mass_from_kg": groups[0], "mass_to_kg": groups[1], "number": number}
+        weighed = next((name for name in ("total_mass", "mass") if name in table), None)
+        return found if weighed is None else found | {"mass_kg": np.nan_to_num(table.values(weighed))}
+    table.require("mass")
+    found = {"mass_kg": table.whole("mass")}
+    return found | ({"number": table.whole("number")} if "number" in table else {})
 
 
 def _check_pit(path: Path, content: Mapping[str, Any], rounds: float) -> None:
@@ -336,52 +424,25 @@ def _check_pit(path: Path, content: Mapping[str, Any], rounds: float) -> None:
             raise InputError(f"{path}: {message}") from None
 
 
-def _summary(kind: str, content: Any, rows: int, casing: float | None) -> dict[str, Any]:  # noqa: ANN401
+def _summary(content: ArenaTable | dict[str, Array], rows: int, casing: float | None) -> dict[str, Any]:
     found: dict[str, Any] = {"rows": rows}
-    if kind == "arena":
+    if isinstance(content, ArenaTable):
         held = content.number > 0.0
         speed = content.speed[held]
-        zones = content.by_zone()
-        at = int(np.argmax(zones["mass"]))
+        at = int(np.argmax(content.by_zone()["mass"]))
         found |= {
             "pieces": float(content.number.sum()), "mass": content.total_mass, "zones": len(content.zones) - 1,
             "largest_mean_mass": float(content.mass[held].max(initial=0.0)),
             "mean_speeds": [float(speed.min(initial=np.inf)), float(speed.max(initial=0.0))],
             "most_mass_deg": [float(content.zones[at]), float(content.zones[at + 1])],
         }  # fmt: skip
+    elif "mass_above_kg" in content:
+        found |= {"pieces": float(content["number"].max()), "lightest": float(content["mass_above_kg"].min())}
     else:
         number = content.get("number", np.ones(rows))
-        if "mass_above_kg" in content:
-            found |= {"pieces": float(number.max()), "lightest": float(content["mass_above_kg"].min())}
-        else:
-            found["pieces"] = float(number.sum())
-            if "mass_kg" in content:
-                single = "mass_from_kg" not in content
-                found["mass"] = float((content["mass_kg"] * number).sum() if single else content["mass_kg"].sum())
+        found["pieces"] = float(number.sum())
+        if "mass_kg" in content:
+            found["mass"] = float((content["mass_kg"] * (1.0 if "mass_from_kg" in content else number)).sum())
     if casing is not None and "mass" in found:
         found |= {"casing_mass": casing, "recovered_fraction": found["mass"] / casing}
     return found
-
-
-_LABELS = {
-    "rows": ("rows", "{:g}"), "pieces": ("pieces", "{:.10g}"), "mass": ("total mass", "{:.4g} kg"),
-    "zones": ("polar zones", "{:g}"), "largest_mean_mass": ("heaviest group, mean mass", "{:.4g} kg"),
-    "mean_speeds": ("mean speeds", "{:.4g} to {:.4g} m/s"), "lightest": ("lightest mass counted", "{:.4g} kg"),
-    "most_mass_deg": ("zone of the most mass", "{:g} to {:g} degrees from the nose"),
-    "casing_mass": ("mass of the casing", "{:.4g} kg"), "recovered_fraction": ("of it recovered", "{:.1%}"),
-}  # fmt: skip
-
-
-def summary_lines(summary: Mapping[str, Any]) -> list[str]:
-    """A summary as lines of text."""
-    lines = []
-    for name, value in summary.items():
-        label, form = _LABELS[name]
-        lines.append(f"{label}: {form.format(*(value if isinstance(value, list) else [value]))}")
-    low, high = RECOVERED
-    if not low <= summary.get("recovered_fraction", 1.0) <= high:
-        lines.append(
-            f"warning: `fly` refuses a table with less than {low:.0%} or more than {high:.0%} of the casing; are its "
-            "numbers those of one round (--rounds), its masses in their unit (--unit)?"
-        )
-    return lines

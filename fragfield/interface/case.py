@@ -186,7 +186,6 @@ def case_of(
 
 
 def _rounds(case: Resolved) -> str:
-    """Rounds in words, those alike together."""
     kinds = Counter(
         (
             entry.profile.get("name", "own profile") if isinstance(entry.profile, dict) else "mesh",
@@ -200,7 +199,6 @@ def _rounds(case: Resolved) -> str:
 
 
 def _lines(case: Resolved) -> list[tuple[str, str]]:
-    """A line of every table that matters most."""
     lines = [("rounds", _rounds(case))]
     if case.burst is not None:
         time = case.burst.end_time

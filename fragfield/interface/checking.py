@@ -187,7 +187,7 @@ def convert(
 
 
 def _places(path: Path, values: Mapping[str, Any]) -> Converted:
-    from flight.hazard.site import Site
+    from fragfield.places.site import Site
     from fragfield.places.tables import tables_of_places
 
     site = _table(SiteTable, {key: value for key, value in values.items() if key in _SITE})

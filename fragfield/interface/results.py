@@ -1,32 +1,28 @@
-"""`fragfield.open`: the content of a run directory, read on demand."""
+"""`fragfield.open`: the content of a run directory, for scripts, report, pictures and application."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from fragfield.errors import InputError, nearest
-from fragfield.files.run_directory import STAGES, RunDirectory
+from fragfield.errors import InputError, NotDeterminedError, nearest
 from fragfield.interface.case import Case
+from fragfield.results.run import StoredRun
+from fragfield.results.words import basis_words, headline, ricochet_words, source_words
 from fragfield_base.paths import absolute
 
 if TYPE_CHECKING:
     import os
-    from collections.abc import Sequence
 
-    import numpy as np
     from matplotlib.figure import Figure
-    from numpy.typing import NDArray
+    from pandas import DataFrame
 
-    from flight import Fragments
-    from fragfield.interface.hazard import HazardDistance
-    from fragfield.interface.tables import Table
-    from fragfield.report.findings.finding import Finding
-    from fragfield.report.reading.run_files import RoundTables, RunFiles
-    from fragfield.results.rules import Official
-    from fragfield.results.site import ExposedSite
+    from flight.hazard.ensemble import EnsembleHazard
+    from fragfield.report.findings import Finding
+    from fragfield.results.hazard import DistanceParts, Hazard, WithoutRicochet
+    from fragfield.results.rules import DistanceToApply
     from fragfield.results.summary import Summary
 
 
@@ -43,8 +39,8 @@ def open(path: str | os.PathLike[str]) -> Run:  # noqa: A001 - as h5py.File has 
     return found
 
 
-class Run:
-    """A run directory. Numbers are in SI; `print` shows the summary.
+class Run(StoredRun):
+    """A run directory, whose files are read when they are asked for. Numbers are in SI; `print` shows the summary.
 
     Parameters
     ----------
@@ -52,92 +48,16 @@ class Run:
         The directory.
     """
 
-    def __init__(self, path: str | os.PathLike[str]) -> None:
-        self.path = absolute(path, InputError)
-        self._directory = RunDirectory(self.path)
-
     @cached_property
     def case(self) -> Case:
         """The resolved case."""
         return Case.of_run(self._directory)
 
     @property
-    def summary(self) -> Summary:
-        """summary.json by attribute, as `summary.hazard.recommended`; a part is None before its stage has run.
-
-        The page "Output files" of the guide explains them.
-        """
-        return self._directory.results()
-
-    @property
-    def stages(self) -> dict[str, bool]:
-        """Whether each stage is done."""
-        return {name: self._directory.complete(stage) for name, stage in STAGES.items()}
-
-    @property
-    def report(self) -> Path:
-        """The report, an HTML page; raises InputError where it is not written."""
-        return self._file("report.html", "report")
-
-    @property
-    def log(self) -> str:
-        """Text of run.log; empty where there is none."""
-        path = self._directory.log_file
-        return path.read_text(encoding="utf-8", errors="replace") if path.is_file() else ""
-
-    @cached_property
-    def burst(self) -> Burst:
-        """The burst: casing and charge at its end, and histories; raises InputError where it has not been run."""
-        self._file("burst_snapshot.h5", "burst")
-        return Burst(self.files)
-
-    @cached_property
-    def fragments(self) -> Fragments:
-        """Fragments of the first realisation at launch."""
-        from flight import Fragments
-
-        return Fragments.read(self._file("fragments.h5", "break-up"))
-
-    @property
-    def realisations(self) -> Sequence[Fragments]:
-        """Fragments of every realisation of the break-up; those after the first are read one by one."""
-        from flight.files.ensemble import read_fragment_ensemble
-        from fragfield.pipeline.stages import WithFirst
-
-        others = self.path / "ensemble_fragments.h5"
-        return WithFirst(self.fragments, read_fragment_ensemble(others) if others.is_file() else ())
-
-    @property
-    def landing(self) -> NDArray[Any]:
-        """End of every fragment's flight, a structured array of dtype `flight.LANDING`; first realisation."""
-        from flight.files.hdf5 import read_table
-
-        return read_table(self._file("landing.h5", "fly"), "landing")[0]
-
-    @property
-    def hits(self) -> NDArray[Any]:
-        """Crossings of the witness surfaces, a structured array of dtype `flight.HITS`; first realisation."""
-        from flight.files.hdf5 import read_table
-
-        return read_table(self._file("hits.h5", "fly"), "hits")[0]
-
-    @property
     def hazard(self) -> HazardDistance:
         """The distances to apply, the recommended one and its parts; raises InputError where nothing was flown."""
-        from fragfield.interface.hazard import HazardDistance
-
         self._file("landing.h5", "fly")
         return HazardDistance(self.summary, self.path)
-
-    @property
-    def exposed(self) -> tuple[ExposedSite, ...]:
-        """Exposed sites with their densities and verdicts."""
-        return self.summary.exposed or ()
-
-    @property
-    def official(self) -> Official | None:
-        """The case's official distances (m); None where it has none."""
-        return self.summary.official
 
     @property
     def findings(self) -> list[str]:
@@ -151,16 +71,9 @@ class Run:
 
     @cached_property
     def _findings(self) -> list[Finding]:
-        from fragfield.report.findings.findings import findings
+        from fragfield.report.findings import findings
 
-        return findings(self.files)
-
-    @cached_property
-    def files(self) -> RunFiles:
-        """All that the report and the figures show, as they read it; whole arrays of the burst among it."""
-        from fragfield.report import read_run
-
-        return read_run(self.path)
+        return findings(self)
 
     @property
     def tables(self) -> dict[str, str]:
@@ -182,8 +95,8 @@ class Run:
         tables = {name: self.table(name) for name in self.tables}
         return write_workbook(absolute(path, InputError), self.path, self.case.title, self.summary, tables)
 
-    def table(self, name: str) -> Table:
-        """A table by its name, with `to_numpy` and `to_pandas`; raises InputError for another name."""
+    def table(self, name: str) -> DataFrame:
+        """A table by its name; raises InputError for another name."""
         from fragfield.interface.tables import read_table
 
         return read_table(self.path, name)
@@ -193,7 +106,7 @@ class Run:
         """Names of the report's figures, and their titles; a few may have no data in this run."""
         from fragfield.report.figures.registered import FIGURES
 
-        return {name: FIGURES[name].words(self.files)[0] for name in _drawn_figures()}
+        return {name: FIGURES[name].words(self)[0] for name in _drawn_figures()}
 
     def figure(self, name: str) -> Figure:
         """A figure of the report as one of matplotlib.
@@ -212,17 +125,11 @@ class Run:
         if name not in known:
             raise InputError(f"figure: found {name!r}{nearest(str(name), known)}; allowed: {', '.join(known)}")
         with drawing_style():
-            figure = FIGURES[name].draw(self.files)
+            figure = FIGURES[name].draw(self)
         if figure is None or isinstance(figure, str):
-            title, _ = FIGURES[name].words(self.files)
+            title, _ = FIGURES[name].words(self)
             raise InputError(f"{self.path}: holds no data for the figure {name} ({title})")
         return figure
-
-    def _file(self, name: str, stage: str) -> Path:
-        path = self.path / name
-        if not path.is_file():
-            raise InputError(f"{path}: no such file; run `fragfield {stage}` first")
-        return path
 
     def __repr__(self) -> str:
         done = ", ".join(name for name, is_done in self.stages.items() if is_done)
@@ -234,67 +141,104 @@ class Run:
         return summary_text(replace(self.summary, title=self.case.title), str(self.path))
 
 
-class Burst:
-    """The end of a burst, from burst_snapshot.h5, and what led to it.
-
-    Parameters
-    ----------
-    files : RunFiles
-        The run's files.
+class HazardDistance:
+    """The distances of a flown run; a number that is not determined raises NotDeterminedError.
 
     Attributes
     ----------
-    summary : Burst of fragfield.results.burst
-        The part of the summary: cells, steps, masses, speeds, energy and momentum errors.
+    to_apply : DistanceToApply
+        For storage and handling (`siting`) and disposal in the open, determined or not: `line` is what every view shows
+        first, `words` say what each is by and what was left out.
+    summary : Hazard
+        The part of the summary, with all of it.
+    determined, reason : bool, str
+        Whether there is a distance, and why not.
     """
 
-    def __init__(self, files: RunFiles) -> None:
-        self._files = files
-        if files.summary.burst is None:
-            raise InputError(f"{files.folder}: summary.json has no burst; run `fragfield burst` again")
-        self.summary = files.summary.burst
+    def __init__(self, summary: Summary, directory: Path) -> None:
+        if summary.hazard is None or summary.distance_to_apply is None:
+            raise InputError(f"{directory}: contains no distance; run `fragfield fly` first")
+        self._directory = directory
+        self.to_apply: DistanceToApply = summary.distance_to_apply
+        self.summary: Hazard = summary.hazard
+        self.determined, self.reason = self.summary.determined, self.summary.reason
 
     @property
-    def time(self) -> float:
-        """Time at its end (s)."""
-        return float(self._files.burst_time or 0.0)
+    def recommended(self) -> float:
+        """The recommended distance (m): the expected one and what is not known of it, added up."""
+        return self._known.recommended or 0.0
 
     @property
-    def nodes(self) -> dict[str, NDArray[np.float64]]:
-        """`reference` and `position` (m), `velocity` (m/s) of the casings' nodes, (n, 3), or (n, 2) of a meridian."""
-        return self._files.nodes
+    def parts(self) -> DistanceParts:
+        """Its parts (m), the expected distance and half-widths; of one that is None `not_included` says why."""
+        return self._known.parts
 
     @property
-    def cells(self) -> dict[str, NDArray[Any]]:
-        """Of the casings' cells (c,): `nodes` (c, 8), or (c, 4) of a meridian, and their state."""
-        return self._files.cells
+    def not_included(self) -> dict[str, str]:
+        """Parts that the recommended distance does not include, and why."""
+        return self._known.not_included
 
     @property
-    def history(self) -> dict[str, NDArray[np.float64]]:
-        """Over `time` (s): `mean_casing_speed` (m/s), `outer_diameter` (m), energies (J) and `energy_error`."""
-        return self._files.history
+    def expected(self) -> float:
+        """Distance (m) at which the expected density of hazardous fragments falls through the acceptable one."""
+        return self._known.expected or 0.0
 
     @property
-    def rounds(self) -> list[RoundTables]:
-        """By round: `name`, `attributes`, and `segments` and `along` as structured arrays."""
-        return self._files.rounds
+    def upper(self) -> float | None:
+        """Its one-sided 95 % upper bound (m), by points or over realisations; None for a single realisation."""
+        return self._known.upper
 
     @property
-    def is_axisymmetric(self) -> bool:
-        """Whether the cells are those of a meridian."""
-        return self._files.is_axisymmetric
+    def standard_error(self) -> float | None:
+        """Standard error of the expected distance (m); None for a single realisation."""
+        return self._known.standard_error
+
+    @property
+    def without_ricochet(self) -> WithoutRicochet:
+        """The same distances of the same flights up to the first impact."""
+        return self._known.without_ricochet
+
+    @property
+    def direction(self) -> float | None:
+        """Azimuth of the worst direction (degrees from +x); None where the distance is of all azimuths."""
+        return self._known.direction_deg
+
+    @property
+    def bearing(self) -> float | None:
+        """Bearing of the worst direction (degrees from north, clockwise); None without [site] too."""
+        return self._known.bearing_deg
+
+    @property
+    def realisations(self) -> int:
+        """Events that were flown."""
+        return self.summary.realisations
+
+    @cached_property
+    def ensemble(self) -> EnsembleHazard:
+        """Densities and distances by realisation, azimuth and distance, from ensemble.h5."""
+        from flight.files.ensemble import read_ensemble
+
+        path = self._directory / "ensemble.h5"
+        if not path.is_file():
+            raise InputError(f"{path}: no such file; run `fragfield fly` first")
+        return read_ensemble(path)[0]
+
+    @property
+    def _known(self) -> Hazard:
+        if not self.determined:
+            raise NotDeterminedError(f"{self._directory}: the distance is not determined: {self.reason}")
+        return self.summary
 
     def __repr__(self) -> str:
-        return f"<fragfield.Burst to {self.time * 1e6:.4g} us: {self.summary.cells} cells>"
+        if not self.determined:
+            return "<fragfield.HazardDistance: not determined>"
+        return f"<fragfield.HazardDistance: {headline(self.summary).value} m>"
 
     def __str__(self) -> str:
-        found = self.summary
-        names = ", ".join(one.name for one in self.rounds)
-        return (
-            f"burst of {names} to {self.time * 1e6:.4g} us: {found.cells} cells, {found.steps} steps\n"
-            f"  mean initial speed of the casing {found.mean_initial_speed:.0f} m/s, energy error "
-            f"{100.0 * found.energy_error:.2g} %"
-        )
+        found, shown = self.summary, headline(self.summary)
+        text = f"{self.to_apply.line}\n{shown.lines}"
+        more = f"\n  {source_words(found)}; {basis_words(found)}; {ricochet_words(found)}"
+        return text + more if self.determined else text
 
 
 def _drawn_figures() -> list[str]:

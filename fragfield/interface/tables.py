@@ -1,4 +1,4 @@
-"""Tables of a run as structured NumPy arrays, as pandas data frames, and all of them in one workbook (XLSX).
+"""Tables of a run as pandas frames, and all of them in one workbook (XLSX).
 
 They are those of the CSV files, with the same columns, but from the HDF5 files: no digit is lost. Where the case has a
 site, the bearing stands beside every azimuth.
@@ -18,103 +18,22 @@ from fragfield.quantities import QUANTITIES
 from fragfield_base.writing import harmless, replacing
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping, Sequence
+    from collections.abc import Callable, Iterator, Mapping
     from pathlib import Path
 
     from numpy.typing import NDArray
+    from pandas import DataFrame
 
     from fragfield.results.summary import Summary
 
 
-_SHOWN = 8  # columns in a line
 _UNITS = {"kg": "kg", "m": "m", "m_s": "m/s", "s": "s", "J": "J", "deg": "degrees", "1_m2": "1/m2", "kg_m3": "kg/m3"}
 """What names of columns end with, and the unit."""
 
 
-class Table:
-    """Equally long columns with names that end with their units; `table["distance_m"]` or `table["distance"]` is one.
-
-    Parameters
-    ----------
-    name : str
-        As in `Run.tables`.
-    columns : mapping from name to (n,) array
-        Texts as arrays of texts.
-    """
-
-    def __init__(self, name: str, columns: Mapping[str, NDArray[Any]]) -> None:
-        self.name = name
-        self._columns = {key: np.asarray(values) for key, values in columns.items()}
-
-    @property
-    def columns(self) -> tuple[str, ...]:
-        """Names of the columns."""
-        return tuple(self._columns)
-
-    def __len__(self) -> int:
-        """Number of rows."""
-        return len(next(iter(self._columns.values()), ()))
-
-    def __getitem__(self, column: str) -> NDArray[Any]:
-        """One column, by its name with or without its unit; raises InputError for a name that there is not."""
-        if column not in self._columns:
-            whole = [f"{column}_{unit}" for unit in _UNITS if f"{column}_{unit}" in self._columns]
-            if whole:
-                return self._columns[whole[0]]
-            hint = nearest(str(column), self._columns)
-            raise InputError(
-                f"table {self.name}: found no column {column!r}{hint}; allowed: {', '.join(self._columns)}"
-            )
-        return self._columns[column]
-
-    def to_numpy(self) -> NDArray[Any]:
-        """All columns as one structured array (n,)."""
-        kinds = [(name, values.dtype, values.shape[1:]) for name, values in self._columns.items()]
-        made = np.zeros(len(self), dtype=kinds)
-        for name, values in self._columns.items():
-            made[name] = values
-        return made
-
-    def to_pandas(self) -> Any:  # noqa: ANN401 - pandas need not be there
-        """All columns as a pandas frame; raises InputError where pandas is not installed."""
-        try:
-            import pandas as pd  # type: ignore[import-untyped,import-not-found,unused-ignore]
-        except ModuleNotFoundError:
-            raise InputError(
-                f"table {self.name}: to_pandas needs pandas, which is not installed: pip install pandas; "
-                "to_numpy needs nothing"
-            ) from None
-        return pd.DataFrame(self._columns)
-
-    def __repr__(self) -> str:
-        return f"<fragfield.Table {self.name}: {len(self)} rows, {len(self.columns)} columns>"
-
-    def __str__(self) -> str:
-        if not len(self):
-            return f"{self.name}: no rows"
-        more = f" and {len(self.columns) - _SHOWN} more" if len(self.columns) > _SHOWN else ""
-        return f"{self.name}: {len(self)} rows of {', '.join(self.columns[:_SHOWN])}{more}"
-
-
-def table_of_rows(name: str, rows: Sequence[Mapping[str, Any]]) -> Table:
-    """Rows of texts and numbers as columns; numbers that are not there are NaN."""
-    keys = list(dict.fromkeys(key for row in rows for key in row))
-    columns = {}
-    for key in keys:
-        values = [row.get(key) for row in rows]
-        known = [value for value in values if value is not None]
-        numbers = bool(known) and all(isinstance(value, (int, float)) for value in known)
-        columns[key] = np.array(
-            [math.nan if value is None else value for value in values]
-            if numbers
-            else ["" if value is None else str(value) for value in values]
-        )
-    return Table(name, columns)
-
-
 def _fragments(folder: Path) -> Mapping[str, Any]:
     from flight import Fragments
-    from flight.files.fragments import ARRAYS, fragment_columns
+    from flight.fragments import ARRAYS, fragment_columns
 
     found = Fragments.read(folder / "fragments.h5")
     return fragment_columns({name: getattr(found, name) for name in ARRAYS})
@@ -146,15 +65,15 @@ def _arena(folder: Path) -> Mapping[str, Any]:
 
 
 def _history(folder: Path) -> Mapping[str, Any]:
-    from fragfield.report import read_run
+    from fragfield.results.run import StoredRun
 
-    return read_run(folder).history
+    return StoredRun(folder).history
 
 
 def _along(folder: Path) -> Mapping[str, Any]:
-    from fragfield.report import read_run
+    from fragfield.results.run import StoredRun
 
-    rounds = read_run(folder).rounds
+    rounds = StoredRun(folder).rounds
     if not rounds:
         return {}
     joined = np.concatenate([one.along for one in rounds])
@@ -186,14 +105,16 @@ TABLES: dict[str, tuple[str, str, Callable[[Path], Mapping[str, Any]]]] = {
 """By name: the file of the run that holds it, what it is, and what reads its columns from the run's folder."""
 
 
-def read_table(folder: Path, name: str) -> Table:
+def read_table(folder: Path, name: str) -> DataFrame:
     """A table of the run in a folder; raises InputError for another name, or where the run lacks its file."""
     if name not in TABLES:
         raise InputError(f"table: found {name!r}{nearest(str(name), TABLES)}; allowed: {', '.join(TABLES)}")
     file, what, read = TABLES[name]
     if not (folder / file).is_file():
         raise InputError(f"{folder / file}: no such file, which holds the table {name} ({what})")
-    return Table(name, _with_bearing(folder, {key: _values(column) for key, column in read(folder).items()}))
+    from pandas import DataFrame
+
+    return DataFrame(_with_bearing(folder, {key: _values(column) for key, column in read(folder).items()}))
 
 
 def _with_bearing(folder: Path, columns: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
@@ -227,7 +148,9 @@ _STAMPED = ("landing.h5", "fragments.h5", "burst_snapshot.h5")  # of one run; th
 _MOST_ROWS = 1_048_576 - 1  # of a sheet, below the names
 
 
-def write_workbook(path: Path, run_directory: Path, title: str, summary: Summary, tables: Mapping[str, Table]) -> Path:
+def write_workbook(
+    path: Path, run_directory: Path, title: str, summary: Summary, tables: Mapping[str, DataFrame]
+) -> Path:
     """Write every table of a run as a sheet of one workbook; returns its path.
 
     Parameters
@@ -277,7 +200,7 @@ def write_workbook(path: Path, run_directory: Path, title: str, summary: Summary
     return path
 
 
-def _about(run_directory: Path, title: str, tables: Mapping[str, Table]) -> Iterator[list[Any]]:
+def _about(run_directory: Path, title: str, tables: Mapping[str, DataFrame]) -> Iterator[list[Any]]:
     """What the workbook is, its sheets, units, and the provenance of the run."""
     yield [harmless(title)]
     yield ["directory", harmless(str(run_directory))]
@@ -311,8 +234,8 @@ def _summary_rows(summary: Summary) -> Iterator[list[Any]]:
             yield [one.path, _cell(value), one.unit, harmless(one.label)]
 
 
-def _rows(table: Table) -> Iterator[list[Any]]:
-    columns = [np.asarray(table[name][:_MOST_ROWS]) for name in table.columns]
+def _rows(table: DataFrame) -> Iterator[list[Any]]:
+    columns = [table[name].to_numpy()[:_MOST_ROWS] for name in table.columns]
     for at in range(min(len(table), _MOST_ROWS)):
         yield [_cell(column[at]) for column in columns]
 

@@ -14,7 +14,7 @@ from fragfield.case.conversion.rounds import charge_centre
 from fragfield.errors import InputError
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Sequence
     from pathlib import Path
 
     from flight import Fragments
@@ -108,11 +108,10 @@ def arena_of(case: CaseTable, realisations: Sequence[Fragments]) -> ArenaTable |
     return ArenaTable.of(realisations, axes)
 
 
-def write_arena(case: CaseTable, realisations: Sequence[Fragments], path: Path, provenance: Mapping[str, str]) -> None:
-    """Write arena.csv of a break-up, where it has one."""
+def write_arena(case: CaseTable, realisations: Sequence[Fragments], path: Path) -> None:
+    """Write arena.csv, the mean of one round over all realisations, zones from the nose, where a break-up has one."""
     table = arena_of(case, realisations) if case.round and any(len(one) for one in realisations) else None
     if table is None:
         path.unlink(missing_ok=True)
         return
-    words = "mean of one round over all realisations of the break-up; zones from the nose"
-    table.write(path, {**provenance, "what": words})
+    table.write(path)

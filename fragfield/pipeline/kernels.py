@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 __all__ = ["compiled_beside"]
 
-_SECONDS = {"burst": 35, "flight": 45}
+_SECONDS = {"burst": 28, "flight": 30}
 """What compiling takes on one core of 2.5 GHz."""
 
 

@@ -16,9 +16,9 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from flight import Fragments
-    from flight.hazard.tp12 import PolarField
     from fragfield.case import CaseTable
     from fragfield.case.tables.round import IgnitionTable
+    from fragfield.hazard.tp12 import PolarField
     from fragfield.pipeline.job import Job
     from transition import Snapshot
 
@@ -47,7 +47,7 @@ def single_round(job: Job, realisations: Sequence[Fragments]) -> SingleRound:
     The other is the burst of one round in its meridian with the run's settings and cells, which takes seconds. The
     round is not tilted. On one rank.
     """
-    from flight.hazard.tp12 import PolarField
+    from fragfield.hazard.tp12 import PolarField
 
     if job.options.fragments is not None:
         return SingleRound(None, "no single round: the fragments come from a file, not from a burst")

@@ -88,7 +88,7 @@ def break_up(job: Job, stage: Stage) -> Summary:
         write_fragment_ensemble(further, job.target.file("ensemble_fragments.h5"), provenance)
     for name in ("fragments.csv", "fragments.h5"):
         result.fragments.write(job.target.file(name), provenance)
-    write_arena(job.case, [result.fragments, *further], job.target.file("arena.csv"), provenance)
+    write_arena(job.case, [result.fragments, *further], job.target.file("arena.csv"))
     return Summary(break_up=BreakUp.of_stage({**result.summary, "realisations": 1 + len(further)}))
 
 
@@ -180,7 +180,7 @@ def _realisations(job: Job, stage: Stage) -> Sequence[Fragments]:
         if recovered.warning:
             _log.warning("%s", recovered.warning, extra={"code": "arena_mass"})
         fragments = arena_realisation(arena, job.case, 0)
-        arena.write(job.target.file("arena.csv"), provenance_of(job.case))
+        arena.write(job.target.file("arena.csv"))
     else:
         fragments = flight.Fragments.read(job.options.fragments or job.needed(stage))
     others = job.source.file("ensemble_fragments.h5")

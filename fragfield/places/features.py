@@ -7,27 +7,28 @@ import zipfile
 from collections import Counter
 from dataclasses import dataclass, field
 from io import BytesIO
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from flight.files.raster import INSTALL
 from fragfield.errors import InputError
+from fragfield.places.maps import INSTALL
 from fragfield_base.reading import parsed_xml, read_bytes, read_text
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
     from pathlib import Path
-
-    from numpy.typing import NDArray
-
-    Array = NDArray[np.float64]
     from xml.etree.ElementTree import Element
 
+    from numpy.typing import NDArray
+    from shapely.geometry.base import BaseGeometry
 
-Shape = Literal["Point", "LineString", "Polygon"]
+    Array = NDArray[np.float64]
+
+
 MOST_BYTES = 1 << 26
 """Of a file that is read."""
+SHAPES = ("Point", "LineString", "Polygon")
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,11 +37,8 @@ class Feature:
 
     name: str
     """Empty where it has none."""
-    shape: Shape
-    """"Point", "LineString" or "Polygon"."""
-    rings: tuple[Array, ...]
-    """(n, 2) each: longitudes and latitudes (degrees); of a polygon its outline, not closed, and then its
-    holes."""
+    geometry: BaseGeometry
+    """A Point, LineString or Polygon in longitude and latitude (degrees)."""
     properties: dict[str, Any] = field(default_factory=dict)
     """By name."""
     folders: tuple[str, ...] = ()
@@ -48,39 +46,23 @@ class Feature:
     where: str = ""
     """For messages: 'feature 3 ("school")'."""
 
-
-def positions(values: object, shape: Shape, where: str) -> Array:
-    """Longitudes and latitudes (n, 2) of a list of positions, each of two or three numbers.
-
-    The last point of a closed ring, and points that follow themselves, are left out. Raises InputError: not such a
-    list, or too few points.
-    """
-    try:
-        found = np.array([[float(one[0]), float(one[1])] for one in values], dtype=np.float64)  # type: ignore[attr-defined]
-    except (TypeError, ValueError, IndexError, KeyError):
-        raise InputError(
-            f"{where}: found positions that are no lists of numbers; allowed: longitude, latitude"
-        ) from None
-    if not np.isfinite(found).all():
-        raise InputError(f"{where}: found a position that is not finite; allowed: longitude, latitude")
-    if len(found) > 1:
-        found = found[np.concatenate([[True], (np.diff(found, axis=0) != 0.0).any(axis=1)])]
-    if shape == "Polygon" and len(found) > 1 and (found[0] == found[-1]).all():
-        found = found[:-1]
-    least = {"Point": 1, "LineString": 2, "Polygon": 3}[shape]
-    if len(found) < least:
-        raise InputError(f"{where}: found a {shape} of {len(found)} different positions; allowed: {least} or more")
-    return found
+    @property
+    def shape(self) -> str:
+        """One of `SHAPES`."""
+        return str(self.geometry.geom_type)
 
 
-_SHAPES: dict[str, tuple[Shape, int]] = {
-    "Point": ("Point", 0), "MultiPoint": ("Point", 1), "LineString": ("LineString", 0),
-    "MultiLineString": ("LineString", 1), "Polygon": ("Polygon", 0), "MultiPolygon": ("Polygon", 1),
-}  # fmt: skip
-"""Shape of a geometry's parts, and whether it has several."""
+def _parts(geometry: BaseGeometry) -> Iterator[BaseGeometry]:
+    """Points, lines and polygons of a geometry."""
+    if geometry.geom_type in SHAPES:
+        yield geometry
+    else:
+        for part in geometry.geoms:
+            yield from _parts(part)
+
+
 _WGS84 = ("CRS84", "EPSG:4326", "EPSG::4326", "EPSG:6.6:4326", "WGS84")
 _NAMES = ("name", "Name", "NAME", "title", "label")
-_DEEPEST = 8
 
 
 def read_geojson(path: Path) -> tuple[list[Feature], list[str]]:
@@ -115,22 +97,19 @@ def _no_constant(name: str) -> None:
     raise ValueError(f"{name} is not JSON")
 
 
-def _coordinates(path: Path, found: dict[str, Any]) -> tuple[Callable[[Array], Array], str]:
+def _coordinates(path: Path, found: dict[str, Any]) -> tuple[Callable[[Array], Array] | None, str]:
     """What turns the file's positions into longitudes and latitudes on WGS 84, and which system it names."""
     if "crs" not in found:
-        return _as_they_are, ""
+        return None, ""
     crs = found["crs"]
-    name = (
-        crs.get("properties", {}).get("name")
-        if isinstance(crs, dict) and isinstance(crs.get("properties"), dict)
-        else None
-    )
+    properties = crs.get("properties") if isinstance(crs, dict) else None
+    name = properties.get("name") if isinstance(properties, dict) else None
     if not isinstance(name, str):
         raise InputError(
             f"{path}: crs: found {json.dumps(crs)[:80]}; allowed: the name of a coordinate system, or no crs: WGS 84"
         )
-    if any(name.upper().endswith(known) for known in _WGS84):
-        return _as_they_are, ""
+    if name.upper().endswith(_WGS84):
+        return None, ""
     try:
         import pyproj
     except ImportError:
@@ -145,73 +124,48 @@ def _coordinates(path: Path, found: dict[str, Any]) -> tuple[Callable[[Array], A
         raise InputError(
             f'{path}: crs: found "{name}"; allowed: a coordinate system that pyproj knows, such as EPSG:25832'
         ) from None
-
-    def to_earth(points: Array) -> Array:
-        return np.column_stack(turn.transform(points[:, 0], points[:, 1]))
-
-    return to_earth, f"positions turned from {name} to WGS 84"
-
-
-def _as_they_are(points: Array) -> Array:
-    return points
+    return lambda points: np.column_stack(turn.transform(*points.T)), f"positions turned from {name} to WGS 84"
 
 
 def _features(
-    path: Path, found: dict[str, Any], to_earth: Callable[[Array], Array], left_out: Counter[str]
+    path: Path, found: dict[str, Any], to_earth: Callable[[Array], Array] | None, left_out: Counter[str]
 ) -> Iterator[Feature]:
-    kind = found["type"]
-    if kind == "FeatureCollection":
-        members = found.get("features")
-        if not isinstance(members, list):
-            raise InputError(f"{path}: features: found {type(members).__name__}; allowed: a list")
-    elif kind == "Feature":
-        members = [found]
-    elif kind in _SHAPES or kind == "GeometryCollection":
-        members = [{"type": "Feature", "geometry": found, "properties": None}]
-    else:
-        raise InputError(
-            f'{path}: found the type "{kind}"; allowed: a FeatureCollection, a Feature or a geometry of GeoJSON'
-        )
+    import shapely
+    from shapely.geometry import shape
+
+    members = [found] if found["type"] == "Feature" else found.get("features")
+    if found["type"] not in ("Feature", "FeatureCollection"):
+        if "coordinates" not in found and "geometries" not in found:
+            kind = found["type"]
+            raise InputError(
+                f'{path}: found the type "{kind}"; allowed: a FeatureCollection, a Feature or a geometry of GeoJSON'
+            )
+        members = [{"type": "Feature", "geometry": found}]
+    if not isinstance(members, list):
+        raise InputError(f"{path}: features: found {type(members).__name__}; allowed: a list")
     for number, member in enumerate(members, start=1):
         where = f"{path}: feature {number}"
-        if not isinstance(member, dict) or member.get("type") != "Feature":
-            raise InputError(f"{where}: found no Feature; allowed: an object of that type")
-        known = member.get("properties") or {}
-        if not isinstance(known, dict):
-            raise InputError(f"{where}: properties: found {type(known).__name__}; allowed: an object or null")
+        known = (member.get("properties") or {}) if isinstance(member, dict) else None
+        if not isinstance(member, dict) or not isinstance(known, dict) or member.get("type") != "Feature":
+            raise InputError(
+                f"{where}: found no Feature; allowed: an object of that type, with an object of properties"
+            )
         name = next((str(known[key]) for key in _NAMES if known.get(key) not in (None, "")), "")
         where += f' ("{name}")' if name else ""
-        geometry = member.get("geometry")
-        if geometry is None:
+        if member.get("geometry") is None:
             left_out["features without a place"] += 1
             continue
-        for shape, rings in _geometries(geometry, where, 0):
-            yield Feature(name, shape, tuple(map(to_earth, rings)), known, (), where)
-
-
-def _geometries(geometry: Any, where: str, depth: int) -> Iterator[tuple[Shape, tuple[Array, ...]]]:  # noqa: ANN401
-    kind = geometry.get("type") if isinstance(geometry, dict) else None
-    if kind == "GeometryCollection" and depth < _DEEPEST:
-        for part in geometry.get("geometries") or []:
-            yield from _geometries(part, where, depth + 1)
-        return
-    if kind not in _SHAPES:
-        raise InputError(
-            f'{where}: found a geometry of the type "{kind}"; allowed: {", ".join([*_SHAPES, "GeometryCollection"])}'
-        )
-    shape, several = _SHAPES[kind]
-    given = geometry.get("coordinates")
-    if not isinstance(given, list) or not given:
-        raise InputError(f"{where}: found a {kind} without coordinates; allowed: longitude, latitude")
-    for part in given if several else [given]:
-        if shape == "Point":
-            yield shape, (positions([part], shape, where),)
-        elif shape == "LineString":
-            yield shape, (positions(part, shape, where),)
-        elif isinstance(part, list):
-            yield shape, tuple(positions(ring, shape, where) for ring in part)
-        else:
-            raise InputError(f"{where}: found a Polygon without rings; allowed: a list of rings")
+        try:
+            whole = shapely.force_2d(shape(member["geometry"]))
+            if whole.is_empty or not np.isfinite(shapely.get_coordinates(whole)).all():
+                raise ValueError("without finite coordinates")
+        except (ValueError, TypeError, KeyError, IndexError, AttributeError, shapely.errors.ShapelyError) as fault:
+            raise InputError(
+                f"{where}: found no geometry that can be read ({fault}); allowed: a Point, LineString or Polygon of "
+                "longitude, latitude, or several"
+            ) from None
+        for part in _parts(whole if to_earth is None else shapely.transform(whole, to_earth)):
+            yield Feature(name, part, known, (), where)
 
 
 _FOLDERS = ("kml", "Document", "Folder")
@@ -317,8 +271,8 @@ def _of_placemark(
     found = list(_elements(placemark, where, left_out, 0))
     if not found:
         left_out["placemarks without a place"] += 1
-    for shape, rings in found:
-        yield Feature(name, shape, rings, known, folders, where)
+    for geometry in found:
+        yield Feature(name, geometry, known, folders, where)
 
 
 def _properties(placemark: Element) -> Iterator[tuple[str, str]]:
@@ -331,47 +285,53 @@ def _properties(placemark: Element) -> Iterator[tuple[str, str]]:
             yield element.get("name", ""), _text(element)
 
 
-def _elements(
-    element: Element, where: str, left_out: Counter[str], depth: int
-) -> Iterator[tuple[Shape, tuple[Array, ...]]]:
+def _elements(element: Element, where: str, left_out: Counter[str], depth: int) -> Iterator[BaseGeometry]:
+    import shapely
+
     for child in element:
         tag = _tag(child)
         if tag == "MultiGeometry" and depth < _DEEPEST_FOLDER:
             yield from _elements(child, where, left_out, depth + 1)
-        elif tag == "Point":
-            yield "Point", (_positions(child, "Point", where, left_out),)
-        elif tag == "LineString":
-            yield "LineString", (_positions(child, "LineString", where, left_out),)
-        elif tag == "LinearRing":
-            yield "Polygon", (_positions(child, "Polygon", where, left_out),)
-        elif tag == "Polygon":
-            rings = [
-                _positions(ring, "Polygon", where, left_out)
-                for boundary in ("outerBoundaryIs", "innerBoundaryIs")
-                for held in child
-                if _tag(held) == boundary
-                for ring in held
-                if _tag(ring) == "LinearRing"
-            ]
-            if not rings:
-                raise InputError(f"{where}: found a Polygon without an outerBoundaryIs; allowed: one LinearRing in it")
-            yield "Polygon", tuple(rings)
         elif tag in _NOT_READ:
             left_out[tag] += 1
+        elif tag in ("Point", "LineString", "LinearRing", "Polygon"):
+            rings = [child]
+            if tag == "Polygon":
+                bounds = [one for name in ("outer", "inner") for one in child if _tag(one) == f"{name}BoundaryIs"]
+                rings = [ring for one in bounds for ring in one if _tag(ring) == "LinearRing"]
+                if not rings:
+                    raise InputError(
+                        f"{where}: found a Polygon without an outerBoundaryIs; allowed: one LinearRing in it"
+                    )
+            placed = [_positions(ring, where, left_out) for ring in rings]
+            try:
+                if tag == "Point":
+                    yield shapely.Point(placed[0][0])
+                elif tag == "LineString":
+                    yield shapely.LineString(placed[0])
+                else:
+                    yield shapely.Polygon(placed[0], placed[1:])
+            except (ValueError, shapely.errors.ShapelyError) as fault:
+                raise InputError(f"{where}: found a {tag} that cannot be read ({fault})") from None
 
 
-def _positions(element: Element, shape: Shape, where: str, left_out: Counter[str]) -> Array:
-    text = _text(_child(element, "coordinates"))
-    tuples = [part.split(",") for part in text.split()]
-    if not tuples or any(not 2 <= len(one) <= 3 or "" in one for one in tuples):
-        bad = next((",".join(one) for one in tuples if not 2 <= len(one) <= 3 or "" in one), "nothing")
+def _positions(element: Element, where: str, left_out: Counter[str]) -> list[tuple[float, float]]:
+    tuples = [part.split(",") for part in _text(_child(element, "coordinates")).split()]
+    try:
+        if not all(2 <= len(one) <= 3 for one in tuples):
+            raise ValueError
+        placed = [(float(one[0]), float(one[1])) for one in tuples]
+        if not placed or not np.isfinite(placed).all():
+            raise ValueError
+    except ValueError:
+        shown = " ".join(map(",".join, tuples))[:40] or "nothing"
         raise InputError(
-            f'{where}: coordinates: found "{bad[:40]}"; allowed: longitude,latitude or longitude,latitude,altitude '
+            f'{where}: coordinates: found "{shown}"; allowed: longitude,latitude or longitude,latitude,altitude '
             "without blanks in it, with decimal points"
-        )
+        ) from None
     mode = _text(_child(element, "altitudeMode"))
     if mode not in ("", "clampToGround", "clampToSeaFloor") and any(
         len(one) == 3 and one[2].strip("0.-+") for one in tuples
     ):
         left_out["above the ground"] += 1
-    return positions(tuples, shape, where)
+    return placed

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from flight.scene.plan import signed_area
 from fragfield.errors import InputError
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
+    from shapely import Polygon
 
     Array = NDArray[np.float64]
 
@@ -20,127 +20,58 @@ Box = tuple[tuple[float, float], float, float, float]
 """Centre, length, width (m) and direction of the length from +x (degrees)."""
 _ALIKE = 1e-3  # of the area: by which a convex hull may be larger
 _NEAR = 0.02  # m: a corner nearer to the line between its neighbours is none
-_MOST = 2000  # corners
+_MOST = 500  # corners
 
 
-def _hull(corners: Array) -> Array:
-    from scipy.spatial import ConvexHull, QhullError
+def _outline(corners: Array) -> Polygon:
+    import shapely
 
-    try:
-        return corners[ConvexHull(corners).vertices]
-    except QhullError:
-        raise InputError(
-            "found an outline without area; allowed: three corners or more that are not on a line"
-        ) from None
+    outline = shapely.Polygon(corners) if len(corners) > 2 else shapely.Polygon()
+    if not outline.convex_hull.area > 0.0:
+        raise InputError("found an outline without area; allowed: three corners or more that are not on a line")
+    return outline
 
 
 def box_around(corners: Array) -> tuple[Box, float]:
     """The smallest box around corners (n, 2) in m, and how much larger than the outline it is, as a fraction."""
-    hull = _hull(corners)
-    best: tuple[float, Box] | None = None
-    for start, end in zip(hull, np.roll(hull, -1, axis=0), strict=True):
-        along = (end - start) / math.hypot(*(end - start))
-        across = np.array([-along[1], along[0]])
-        u, v = hull @ along, hull @ across
-        length, width = float(np.ptp(u)), float(np.ptp(v))
-        centre = 0.5 * (u.min() + u.max()) * along + 0.5 * (v.min() + v.max()) * across
-        turn = math.degrees(math.atan2(along[1], along[0]))
-        if width > length:
-            length, width, turn = width, length, turn + 90.0
-        if best is None or length * width < best[0] * (1.0 - 1e-9):
-            best = length * width, ((float(centre[0]), float(centre[1])), length, width, turn % 180.0)
-    assert best is not None
-    return best[1], best[0] / max(abs(signed_area(corners)), 1e-9) - 1.0
+    outline = _outline(corners)
+    hull = np.array(outline.convex_hull.exterior.coords)
+    # One of its sides lies along one of the hull's.
+    along = np.diff(hull, axis=0) / np.hypot(*np.diff(hull, axis=0).T)[:, None]
+    across = np.column_stack([-along[:, 1], along[:, 0]])
+    low, high = (np.stack([edge(hull @ way.T, axis=0) for way in (along, across)]) for edge in (np.min, np.max))
+    sides = high - low
+    best = int(np.argmin(np.round(sides.prod(axis=0), 9)))
+    centre = 0.5 * (low + high)[:, best] @ np.array([along[best], across[best]])
+    turn = math.degrees(math.atan2(along[best, 1], along[best, 0])) + (90.0 if sides[1, best] > sides[0, best] else 0.0)
+    width, length = sorted(sides[:, best].tolist())
+    return ((float(centre[0]), float(centre[1])), length, width, turn % 180.0), length * width / outline.area - 1.0
 
 
 def convex_parts(corners: Array) -> list[Array]:
-    """Convex polygons that make up an outline, by cutting ears off it and joining what stays convex.
+    """Convex polygons, counter-clockwise, that make up an outline: triangles joined while they stay convex.
 
     Raises InputError: the outline has no area or crosses itself.
     """
-    hull = _hull(corners)
-    if abs(signed_area(hull)) <= abs(signed_area(corners)) * (1.0 + _ALIKE):
-        return [hull]
-    ring = corners if signed_area(corners) > 0.0 else corners[::-1]
-    ring = ring[_bends(ring)]
-    if _crosses(ring):
-        raise InputError("found an outline that crosses itself; allowed: a simple one")
-    if len(ring) > _MOST:
-        raise InputError(f"found an outline of {len(ring)} corners that is not convex; allowed: {_MOST}")
-    parts = [list(one) for one in _ears(ring)]
-    joined = True
-    while joined:
-        joined = False
-        for first in range(len(parts)):
-            for second in range(first + 1, len(parts)):
-                whole = _together(ring, parts[first], parts[second])
-                if whole is not None:
-                    parts[first] = whole
-                    del parts[second]
-                    joined = True
-                    break
-            if joined:
-                break
-    return [_hull(ring[part]) for part in parts]
+    import shapely
 
-
-def _bends(ring: Array) -> NDArray[np.bool_]:
-    before, after = np.roll(ring, 1, axis=0), np.roll(ring, -1, axis=0)
-    way, on = after - before, ring - before
-    length = np.maximum(np.hypot(*way.T), 1e-9)
-    return np.abs(way[:, 0] * on[:, 1] - way[:, 1] * on[:, 0]) / length > _NEAR
-
-
-def _crosses(ring: Array) -> bool:
-    """Whether two sides of an outline cross."""
-    way = np.roll(ring, -1, axis=0) - ring
-    away = ring[None] - ring[:, None]
-    cross = way[:, None, 0] * way[None, :, 1] - way[:, None, 1] * way[None, :, 0]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        here = (away[..., 0] * way[None, :, 1] - away[..., 1] * way[None, :, 0]) / cross
-    inside = (here > 1e-9) & (here < 1.0 - 1e-9)
-    return bool((inside & inside.T).any())
-
-
-def _ears(ring: Array) -> list[tuple[int, int, int]]:
-    """Triangles of a simple outline that runs counter-clockwise (Meisters 1975)."""
-    left, made = list(range(len(ring))), []
-    while len(left) > 3:
-        for place in range(len(left)):
-            before, here, after = left[place - 1], left[place], left[(place + 1) % len(left)]
-            others = [one for one in left if one not in (before, here, after)]
-            if _turn(ring[before], ring[here], ring[after]) > 0.0 and not any(
-                _inside(ring[one], ring[before], ring[here], ring[after]) for one in others
-            ):
-                made.append((before, here, after))
-                del left[place]
+    outline = _outline(corners)
+    parts = [outline]
+    if outline.convex_hull.area > outline.area * (1.0 + _ALIKE):
+        if not outline.is_valid:
+            raise InputError("found an outline that crosses itself; allowed: a simple one")
+        outline = outline.simplify(_NEAR)
+        if len(outline.exterior.coords) > _MOST:
+            raise InputError(f"found an outline of more than {_MOST} corners that is not convex; allowed: {_MOST}")
+        parts = list(shapely.get_parts(shapely.constrained_delaunay_triangles(outline)))
+    first = 0
+    while first < len(parts):
+        for other in range(first + 1, len(parts)):
+            whole = parts[first].union(parts[other])
+            if whole.convex_hull.area <= whole.area * (1.0 + 1e-9):
+                parts[first] = whole
+                del parts[other]
                 break
         else:
-            raise InputError("found an outline that crosses itself; allowed: a simple one")
-    made.append((left[0], left[1], left[2]))
-    return made
-
-
-def _turn(one: Array, two: Array, three: Array) -> float:
-    return float((two[0] - one[0]) * (three[1] - one[1]) - (two[1] - one[1]) * (three[0] - one[0]))
-
-
-def _inside(point: Array, one: Array, two: Array, three: Array) -> bool:
-    return min(_turn(one, two, point), _turn(two, three, point), _turn(three, one, point)) >= 0.0
-
-
-def _together(ring: Array, one: list[int], other: list[int]) -> list[int] | None:
-    """Corners of two parts that share a side, where they are convex together."""
-    for place in range(len(one)):
-        start, end = one[place], one[(place + 1) % len(one)]
-        for step in range(len(other)):
-            if other[step] == end and other[(step + 1) % len(other)] == start:
-                whole = (
-                    one[: place + 1]
-                    + [other[(step + 2 + k) % len(other)] for k in range(len(other) - 2)]
-                    + one[place + 1 :]
-                )
-                corners = ring[whole]
-                turns = [_turn(corners[k - 2], corners[k - 1], corners[k]) for k in range(len(whole))]
-                return whole if min(turns) >= 0.0 else None
-    return None
+            first += 1
+    return [np.array(shapely.geometry.polygon.orient(one.convex_hull).exterior.coords)[:-1] for one in parts]

@@ -33,22 +33,22 @@ if TYPE_CHECKING:
 
     from pydantic import BaseModel
 
-    from flight.hazard.site import Site
     from fragfield.case.tables.site import PlacesTable
-    from fragfield.places.features import Array, Feature, Shape
+    from fragfield.places.features import Array, Feature
+    from fragfield.places.site import Site
 
 
 _BEYOND = 5e3  # m: no fragment flies farther
 _LOOSE_BOX = 0.15  # by which the box around a building may be larger than its outline, unsaid
-_KINDS: dict[str, tuple[type[BaseModel], tuple[Shape, ...], str]] = {
-    "person": (PersonTable, ("Point",), "exposed"),
-    "road": (RoadTable, ("LineString",), "exposed"),
-    "area": (AreaTable, ("Polygon",), "exposed"),
-    "building": (ExposedBuildingTable, ("Polygon",), "exposed"),
-    "barricade": (BarricadeTable, ("LineString",), "obstacle"),
-    "wall": (WallTable, ("LineString",), "obstacle"),
+_KINDS: dict[str, tuple[type[BaseModel], str, str]] = {
+    "person": (PersonTable, "Point", "exposed"),
+    "road": (RoadTable, "LineString", "exposed"),
+    "area": (AreaTable, "Polygon", "exposed"),
+    "building": (ExposedBuildingTable, "Polygon", "exposed"),
+    "barricade": (BarricadeTable, "LineString", "obstacle"),
+    "wall": (WallTable, "LineString", "obstacle"),
 }
-"""Table, shapes on the map and list of the case of every kind."""
+"""Table, shape on the map and list of the case of every kind."""
 _PLURALS = {"people": "person", "persons": "person"} | {f"{kind}s": kind for kind in _KINDS}
 _PLACED = {"name", "kind", "position", "latitude", "longitude", "points", "points_on_earth", "start", "end", "length",
            "azimuth", "obstacle", "wall", "roof"}  # fmt: skip
@@ -87,18 +87,22 @@ def tables_of_places(
         if kind == "ignore":
             ignored += 1
             continue
-        model, shapes, where = _KINDS[kind]
-        if feature.shape not in shapes:
+        model, shape, where = _KINDS[kind]
+        if feature.shape != shape:
             raise InputError(
-                f'{feature.where}: found a {feature.shape} as "{kind}"; allowed: a {shapes[0]}'
+                f'{feature.where}: found a {feature.shape} as "{kind}"; allowed: a {shape}'
                 f"{'; a place that has an outline is an area or a building' if kind == 'person' else ''}"
             )
-        rings = [np.round(site.offsets(*ring.T) + origin, 3) for ring in feature.rings]
-        if len(rings) > 1:
-            notes.append(f"{_title(feature)}: its {len(rings) - 1} holes count as part of it")
+        outline = feature.geometry.exterior if shape == "Polygon" else feature.geometry
+        line = np.round(site.offsets(*np.array(outline.coords).T) + origin, 3)
+        line = line[np.concatenate([[True], (np.diff(line, axis=0) != 0.0).any(axis=1)])]
+        if shape == "LineString" and len(line) < 2:
+            raise InputError(f"{feature.where}: found a LineString of 1 different position; allowed: 2 or more")
+        if shape == "Polygon" and feature.geometry.interiors:
+            notes.append(f"{_title(feature)}: its {len(feature.geometry.interiors)} holes count as part of it")
         known = _values(feature, kind, model, table)
         try:
-            placed = list(_placed(feature, kind, rings, table, known, notes))
+            placed = list(_placed(feature, kind, line, table, known, notes))
         except InputError as fault:
             raise InputError(f"{feature.where}: {fault}") from None
         for place in placed:
@@ -156,8 +160,9 @@ def _check_distances(path: Path, features: Sequence[Feature], site: Site) -> Non
     """Refuse what is no position on Earth, what lies far from the site, and exchanged latitudes and longitudes."""
     if not features:
         raise InputError(f"{path}: found only places that are ignored")
-    every = np.concatenate([ring for one in features for ring in one.rings])
-    owners = np.concatenate([[index] * sum(map(len, one.rings)) for index, one in enumerate(features)])
+    import shapely
+
+    every, owners = shapely.get_coordinates([one.geometry for one in features], return_index=True)
     longitude, latitude = every.T
     if np.abs(every).max() > 360.0:
         at = int(np.argmax(np.abs(every).max(axis=1)))
@@ -200,10 +205,9 @@ def _km(distance: float) -> str:
 
 
 def _placed(
-    feature: Feature, kind: str, rings: Sequence[Array], table: PlacesTable, known: dict[str, Any], notes: list[str]
+    feature: Feature, kind: str, line: Array, table: PlacesTable, known: dict[str, Any], notes: list[str]
 ) -> Iterator[dict[str, Any]]:
     """Where a feature stands: one entry, or several of an outline that is not convex or a barricade with bends."""
-    line = rings[0]
     if kind == "person":
         yield {"position": _metres(line[0])}
     elif kind == "road":

@@ -20,8 +20,8 @@ from fragfield.hazard.verdict import criterion_words, part_text
 from fragfield.numbers import SPACE, number
 from fragfield.report.figures.registered import FIGURES
 from fragfield.report.map_page import write_map
-from fragfield.report.reading.run_files import read_run
 from fragfield.report.sections import SECTIONS, STUDY, Section, catalogue, digest_of
+from fragfield.results.run import StoredRun
 from fragfield.results.words import margin_metres, rounded_metres, whole_metres
 from fragfield.version import __version__
 from fragfield.view import picture_fault
@@ -34,7 +34,6 @@ if TYPE_CHECKING:
 
     from jinja2 import Environment
 
-    from fragfield.report.reading.run_files import RunFiles
     from fragfield.results.site import Estimate, Probability
     from fragfield.results.uncertainty import UncertaintyResult
 
@@ -60,8 +59,6 @@ _LONGEST_NUMBER = 18  # characters of a cell: "1,017.4 ± 4.0", "12,345 – 23,4
 
 @dataclass(frozen=True)
 class _Illustration:
-    """A figure of the page with its data URI, or why there is none."""
-
     name: str
     title: str
     caption: str
@@ -92,8 +89,9 @@ def write_report(run_dir: Path | str, path: Path | str | None = None, *, picture
     InputError
         No run directory, a damaged file in it, or no right to write.
     """
-    run = read_run(Path(run_dir))
-    target = Path(path) if path is not None else run.folder / "report.html"
+    run = StoredRun(run_dir)
+    run.read_whole()
+    target = Path(path) if path is not None else run.path / "report.html"
     names = [name for name in FIGURES if not name.startswith("uncertainty_") or run.study]
     written = _write(run, target, SECTIONS, names, pictures=pictures)
     write_map(run, target.with_name("map.html"), identity=identity_line(run), written=written)
@@ -106,15 +104,14 @@ def write_uncertainty_page(folder: Path, run_directory: Path, found: Uncertainty
     `folder`: the study's; `run_directory`: the nominal run, for title, document number and version; `found`:
     what the samples say.
     """
-    run = read_run(run_directory)
+    run = StoredRun(run_directory)
     run.study = found
     target = folder / "uncertainty.html"
     _write(run, target, STUDY, [name for name in FIGURES if name.startswith("uncertainty_")], pictures=False)
     return target
 
 
-def _write(run: RunFiles, target: Path, sections: Sequence[Section], names: Sequence[str], *, pictures: bool) -> str:
-    """Draw, render and write a page; the time at which it was written."""
+def _write(run: StoredRun, target: Path, sections: Sequence[Section], names: Sequence[str], *, pictures: bool) -> str:
     written = datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC")
     try:
         drawn = _draw(run, target.parent / "figures", names, pictures=pictures)
@@ -125,8 +122,7 @@ def _write(run: RunFiles, target: Path, sections: Sequence[Section], names: Sequ
     return written
 
 
-def _draw(run: RunFiles, folder: Path, names: Sequence[str], *, pictures: bool) -> dict[str, _Illustration]:
-    """The figures that there is data for, each kept as a file as well."""
+def _draw(run: StoredRun, folder: Path, names: Sequence[str], *, pictures: bool) -> dict[str, _Illustration]:
     folder.mkdir(parents=True, exist_ok=True)
     drawing: AbstractContextManager[Callable[[], str]] = _pictures(run, folder) if pictures else nullcontext(lambda: "")
     found = {}
@@ -136,9 +132,9 @@ def _draw(run: RunFiles, folder: Path, names: Sequence[str], *, pictures: bool) 
         for name, svg in files.items():
             found[name] = _Illustration(name, *FIGURES[name].words(run), image=_uri(svg, "svg+xml"))
         fault = finish()
-    data = {"picture_of_fragments": run.fragments, "picture_of_burst": run.nodes} if pictures else {}
+    data = {"picture_of_fragments": run.launched, "picture_of_burst": run.snapshot} if pictures else {}
     when = "launch" if run.fragments_file is not None else "the end of the burst"
-    for name in (name for name, there in data.items() if there):
+    for name in (name for name, there in data.items() if there is not None):
         title, caption = _PICTURES[name]
         image = "" if fault else _uri((folder / f"{name}.png").read_bytes(), "png")
         found[name] = _Illustration(name, title, caption.format(when=when), image, fault)
@@ -146,7 +142,7 @@ def _draw(run: RunFiles, folder: Path, names: Sequence[str], *, pictures: bool) 
 
 
 @contextmanager
-def _pictures(run: RunFiles, folder: Path) -> Iterator[Callable[[], str]]:
+def _pictures(run: StoredRun, folder: Path) -> Iterator[Callable[[], str]]:
     """Have the pictures drawn beside, where a driver that ends VTK's process does not end this one.
 
     Gives a function that waits for them and returns why there are none, or nothing.
@@ -154,8 +150,8 @@ def _pictures(run: RunFiles, folder: Path) -> Iterator[Callable[[], str]]:
     if fault := picture_fault():
         yield lambda: fault
         return
-    paths = (str(run.folder.absolute()), str(folder.absolute()))
-    with start_function("fragfield.view.pictures", "draw_beside", *paths, stderr=subprocess.PIPE) as process:
+    paths = (str(run.path.absolute()), str(folder.absolute()))
+    with start_function("fragfield.view", "draw_beside", *paths, stderr=subprocess.PIPE) as process:
 
         def finish() -> str:
             words = process.communicate()[1].decode(errors="replace").strip().splitlines()
@@ -174,7 +170,7 @@ def _uri(data: bytes, kind: str) -> str:
     return f"data:image/{kind};base64,{base64.b64encode(data).decode('ascii')}"
 
 
-def _render(run: RunFiles, sections: Sequence[Section], drawn: Mapping[str, _Illustration], written: str) -> str:
+def _render(run: StoredRun, sections: Sequence[Section], drawn: Mapping[str, _Illustration], written: str) -> str:
     environment, document = _environment(), run.document
     numbered: list[str] = []
 
@@ -204,7 +200,7 @@ def _render(run: RunFiles, sections: Sequence[Section], drawn: Mapping[str, _Ill
     )  # fmt: skip
 
 
-def _body(run: RunFiles, section: Section, environment: Environment, every: Mapping[str, Any]) -> str | None:
+def _body(run: StoredRun, section: Section, environment: Environment, every: Mapping[str, Any]) -> str | None:
     """A section by its template, the word that its stage has not been run, or nothing."""
     if section.stage in run.missing:
         words = f"<p>Not computed: the stage “{section.stage}” has not been run in this directory.</p>"
@@ -247,14 +243,12 @@ def _worded(lines: Sequence[Sequence[str]]) -> list[bool]:
 
 
 def _few(value: float | None) -> str:
-    """Two digits, however small."""
     if value is None:
         return "–"
     return "0" if value <= 0.0 else number(float(f"{value:.2g}"), 2)
 
 
 def _bounded(value: Estimate | Probability | None, scale: float = 1.0) -> str:
-    """An expected value and its upper bound."""
     if value is None or value.expected is None or value.upper is None:
         return "–"
     return f"{_few(scale * value.expected)};{SPACE}{_few(scale * value.upper)}"
@@ -283,10 +277,10 @@ def css_text(text: str) -> str:
     return " ".join(safe.split("\t"))
 
 
-def identity_line(run: RunFiles) -> str:
+def identity_line(run: StoredRun) -> str:
     """Classification, number and revision, as far as the case gives them, and the digest of the run's numbers."""
     document = run.document
     revision = f"revision {document.revision}" if document.revision else ""
-    numbers = run.folder / "summary.json"
+    numbers = run.path / "summary.json"
     digest = f"{numbers.name} SHA-256 {digest_of(numbers)}" if numbers.is_file() else ""
     return " · ".join(part for part in (document.classification, document.number, revision, digest) if part)

@@ -14,12 +14,12 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from fragfield.case import CaseTable
-    from fragfield.report.reading.run_files import RunFiles
+    from fragfield.results.run import StoredRun
 
 
-def what_was_computed(run: RunFiles) -> Iterator[Row]:
+def what_was_computed(run: StoredRun) -> Iterator[Row]:
     """The rows of the arrangement and its site: "What was computed"."""
-    case = run.case
+    case = run.values
     if run.fragments_file is not None:
         yield Row("Fragments", f"of {run.fragments_file}; no burst was computed")
     else:
@@ -46,17 +46,15 @@ def what_was_computed(run: RunFiles) -> Iterator[Row]:
         yield Row("Realisations", number(hazard.realisations))
 
 
-def _rounds(run: RunFiles) -> Iterator[Row]:
-    """Round, fill and casing, each kind once."""
+def _rounds(run: StoredRun) -> Iterator[Row]:
     kinds: dict[tuple[str, str, str], list[str]] = {}
     for item in run.rounds:
-        casing, charge = (number(float(item.attributes[f"{part}_mass"]), 3) for part in ("casing", "charge"))
-        entry = next((one for one in (run.case.round if run.case else []) if one.name == item.name), None)
+        casing, charge = number(item.casing_mass, 3), number(item.charge_mass, 3)
+        entry = next((one for one in (run.values.round if run.values else []) if one.name == item.name), None)
         named = getattr(entry, "casing", None)
         material = f" of {getattr(named, 'name', named)}" if named is not None else ""
-        fill = f"{substance_title(str(item.attributes['explosive']))}, {charge} kg"
-        profile = str(item.attributes.get("profile") or "")
-        kinds.setdefault((profile, fill, f"{casing} kg{material}"), []).append(item.name)
+        fill = f"{substance_title(item.explosive)}, {charge} kg"
+        kinds.setdefault((item.profile, fill, f"{casing} kg{material}"), []).append(item.name)
     if not kinds:
         yield Row("Round", "this directory contains no burst")
     for (profile, fill, casing), names in kinds.items():

@@ -16,16 +16,16 @@ from fragfield_base.writing import write_text
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from fragfield.report.reading.run_files import RunFiles
+    from fragfield.results.run import StoredRun
 
 
-def map_data(run: RunFiles) -> dict[str, Any] | None:
+def map_data(run: StoredRun) -> dict[str, Any] | None:
     """What the page draws, in metres of the site's frame; None where there is no map."""
     found = site_shapes(run)
     if found is None:
         return None
-    from flight.hazard.site import POINTS
     from fragfield.case.conversion.surroundings import site_of
+    from fragfield.places.site import POINTS
 
     case, shapes = found
     site = site_of(case)
@@ -55,7 +55,7 @@ def map_data(run: RunFiles) -> dict[str, Any] | None:
     }
 
 
-def write_map(run: RunFiles, path: Path, *, identity: str, written: str) -> bool:
+def write_map(run: StoredRun, path: Path, *, identity: str, written: str) -> bool:
     """Write the page; False where there is no map.
 
     `run`: the run; `path`: the page; `identity`: document number, revision and classification; `written`: when.

@@ -16,15 +16,14 @@ from fragfield.hazard.verdict import exposed_rounds
 from fragfield.numbers import SPACE, UNKNOWN, Row, number, row
 from fragfield.pipeline.grid_convergence import KINDS
 from fragfield.quantities import shown
+from fragfield.report import evidence, statements
 from fragfield.report.figures.site import site_shapes
-from fragfield.report.findings import evidence, statements
-from fragfield.report.findings.break_up import counted_groups
-from fragfield.report.findings.findings import findings
-from fragfield.report.findings.reasons import reasons_against, reasons_for
+from fragfield.report.findings import counted_groups, findings
 from fragfield.report.first_page import what_was_computed
+from fragfield.report.statements import reasons_against, reasons_for
 from fragfield.report.study import of_distance, study
 from fragfield.results.part import to_json
-from fragfield.results.words import basis_words, distances, metres_and_error, parts_words, whole_metres
+from fragfield.results.words import basis_words, distances, headline, metres_and_error, whole_metres
 from fragfield_base.substances import substance_title
 
 if TYPE_CHECKING:
@@ -32,10 +31,10 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from fragfield.quantities import Quantity
-    from fragfield.report.reading.run_files import RunFiles
     from fragfield.results.convergence import ConvergedQuantity
+    from fragfield.results.run import StoredRun
 
-    Context = Callable[[RunFiles], dict[str, Any] | None]
+    Context = Callable[[StoredRun], dict[str, Any] | None]
 
 
 @dataclass(frozen=True)
@@ -76,8 +75,7 @@ _MOST_SITES = 8  # that the first page shows
 
 
 @section("decision", "Decision")
-def _decision(run: RunFiles) -> dict[str, Any]:
-    """The page on which a decision is taken and signed."""
+def _decision(run: StoredRun) -> dict[str, Any]:
     entries = sorted(run.summary.exposed or (), key=lambda one: _GRAVEST.index(one.verdict))
     left, to_apply = len(entries) - _MOST_SITES, run.summary.distance_to_apply
     return {
@@ -94,21 +92,15 @@ def _decision(run: RunFiles) -> dict[str, Any]:
     }
 
 
-def _decided(run: RunFiles) -> Iterator[tuple[str, str, str, str]]:
-    """The distance to apply, and the computed one with its parts in one line."""
+def _decided(run: StoredRun) -> Iterator[tuple[str, str, str, str]]:
     if part := run.summary.distance_to_apply:
         yield "Distance to apply", part.distances, "", ""
-    title, hazard = "Computed: recommended distance", run.summary.hazard
-    if hazard is None:
-        yield title, "–", "", "not computed"
-    elif not hazard.determined:
-        yield title, "not determined", "", hazard.reason
-    else:
-        note = f"{parts_words(hazard)}. Basis: {basis_words(hazard)}."
-        yield title, whole_metres(hazard.recommended), "m", note
+    hazard, shown = run.summary.hazard, headline(run.summary.hazard)
+    basis = f". Basis: {basis_words(hazard)}." if hazard and hazard.determined else ""
+    yield "Computed: recommended distance", shown.value, shown.unit, f"{shown.note}{basis}"
 
 
-def prescribed_lines(run: RunFiles) -> Iterator[tuple[str, str, str]]:
+def prescribed_lines(run: StoredRun) -> Iterator[tuple[str, str, str]]:
     """Distances that an authority publishes for the round, and the largest rule in range of each kind."""
     official, listed = run.summary.official, run.summary.rules.rules if run.summary.rules else ()
     if official and official.hazardous_fragment_distance is not None:
@@ -128,12 +120,12 @@ def prescribed_lines(run: RunFiles) -> Iterator[tuple[str, str, str]]:
 
 
 @section("rounds", "Rounds")
-def _rounds(run: RunFiles) -> dict[str, Any] | None:
+def _rounds(run: StoredRun) -> dict[str, Any] | None:
     return {} if run.fragments_file is None else None
 
 
 @section("hazard", "Distances and site", stage="flight")
-def _hazard(run: RunFiles) -> dict[str, Any]:
+def _hazard(run: StoredRun) -> dict[str, Any]:
     hazard, broken = run.summary.hazard, run.summary.break_up
     note = (
         f"{RULE} ± is the standard error: over the sets of points of an integral or of weighted fragments, else over "
@@ -145,14 +137,14 @@ def _hazard(run: RunFiles) -> dict[str, Any]:
             f"{np.degrees(broken.tilt_deviation):.3g}° about each horizontal axis (break_up.tilt, a judgement)."
         )
     return {
-        "distances": [] if hazard is None else [*distances(hazard)],
+        "distances": [one[:3] for one in distances(hazard)] if hazard else [],
         "distance_note": note if hazard and hazard.determined else "",
         "has_map": site_shapes(run) is not None,
     }
 
 
 @section("warnings", "Warnings, checks and limits")
-def _warnings(run: RunFiles) -> dict[str, Any]:
+def _warnings(run: StoredRun) -> dict[str, Any]:
     terms = (terms,) if (terms := statements.summary_terms(run)) else ()
     return {
         "found": findings(run),
@@ -163,20 +155,20 @@ def _warnings(run: RunFiles) -> dict[str, Any]:
 
 
 @section("fragments", "Fragments", stage="break-up")
-def _fragments(run: RunFiles) -> dict[str, Any]:
+def _fragments(run: StoredRun) -> dict[str, Any]:
     test = run.summary.break_up.mean_mass.test if run.summary.break_up else None
     groups = counted_groups(test) if test else []
     return {"test": test, "groups": [(name, number(seen, 4), number(known, 4)) for name, seen, known in groups]}
 
 
 @section("speeds", "Burst and speeds", stage="burst")
-def _speeds(run: RunFiles) -> dict[str, Any] | None:
-    return {} if "burst" in run.stages else None
+def _speeds(run: StoredRun) -> dict[str, Any] | None:
+    return {} if "burst" in run.expected_stages else None
 
 
 @section("convergence", "Grid convergence", stage="flight")
-def _convergence(run: RunFiles) -> dict[str, Any] | None:
-    if "burst" not in run.stages:
+def _convergence(run: StoredRun) -> dict[str, Any] | None:
+    if "burst" not in run.expected_stages:
         return None
     found, burst = run.summary.convergence, run.summary.burst
     if found is None or found.sizes is None:
@@ -210,7 +202,7 @@ section("uncertainty", "Uncertainty of the inputs")(study)
 
 
 @section("distances", "Rules and exposed sites", annex=True)
-def _rules(run: RunFiles) -> dict[str, Any] | None:
+def _rules(run: StoredRun) -> dict[str, Any] | None:
     """The distance of every rule and what it rests on, all numbers of every exposed site, and how walls were judged."""
     rules, entries = run.summary.rules, run.summary.exposed or ()
     if rules is None and not entries:
@@ -234,7 +226,7 @@ def _rules(run: RunFiles) -> dict[str, Any] | None:
 
 
 @section("flight", "Flight", annex=True)
-def _flight(run: RunFiles) -> dict[str, Any] | None:
+def _flight(run: StoredRun) -> dict[str, Any] | None:
     flight = run.summary.flight
     if flight is None:
         return None
@@ -244,7 +236,7 @@ def _flight(run: RunFiles) -> dict[str, Any] | None:
     low, high = number(area.shape_factor_5_percent), number(area.shape_factor_95_percent)
     factors = f"{low} kg/m³" if low == high else f"{low} to {high} kg/m³ for 90 % of the fragments"
     rows.append(row("Presented areas", words, "", f"shape factor {factors}"))
-    rows += [row(f"Fragments through “{one.name}”", one.hits) for one in run.witnesses]
+    rows += [row(f"Fragments through “{one.name}”", one.hits) for one in run.summary.witness or ()]
     return {
         "flight_rows": rows, "obstacles": run.summary.obstacle or (), "directed": "flight" not in run.missing,
         "has_map": site_shapes(run) is not None,
@@ -252,10 +244,10 @@ def _flight(run: RunFiles) -> dict[str, Any] | None:
 
 
 @section("break-up", "Break-up", stage="break-up", annex=True)
-def _break_up(run: RunFiles) -> dict[str, Any] | None:
-    if not run.fragments:
+def _break_up(run: StoredRun) -> dict[str, Any] | None:
+    if (launched := run.launched) is None:
         return None
-    mass, speed = run.fragments["mass"], np.linalg.norm(run.fragments["velocity"], axis=1)
+    mass, speed = launched.mass, launched.speed
     rows = [
         row("Fragments", len(mass)),
         row("Mass of all", float(mass.sum()), "kg"),
@@ -267,12 +259,13 @@ def _break_up(run: RunFiles) -> dict[str, Any] | None:
 
 
 @section("burst", "Burst", stage="burst", annex=True)
-def _burst(run: RunFiles) -> dict[str, Any] | None:
+def _burst(run: StoredRun) -> dict[str, Any] | None:
     from burst_fenicsx.symmetry import symmetry_words
 
-    burst, size = run.summary.burst, run.cell_size
-    if "burst" not in run.stages or burst is None:
+    burst = run.summary.burst
+    if "burst" not in run.expected_stages or burst is None:
         return None
+    size = burst.cell_size
     rows = [row("Cell size", size, "m"), *(line for one in shown("mesh", "burst") for line in one.rows(run.summary))]
     words = {"3d": "three dimensions", "axisymmetric": "axisymmetric"}[burst.geometry]
     rows.append(row("Geometry of the burst", words, "", burst.geometry_reason))
@@ -283,9 +276,9 @@ def _burst(run: RunFiles) -> dict[str, Any] | None:
         overlap = one.of(run.summary) if size and one.unit == "m" else None
         note = f"{number(100 * overlap / size, 2)} % of a cell" if overlap and size else ""
         rows += [Row(line.name, line.value, line.si, note) for line in one.rows(run.summary)]
-    charges = [entry.explosive for entry in run.case.round] if run.case is not None else []
+    charges = [entry.explosive for entry in run.values.round] if run.values is not None else []
     sources = {one.critical_energy_source for one in charges if isinstance(one, ExplosiveTable)} - {""}
-    fills = {one.name: substance_title(str(one.attributes["explosive"])) for one in run.rounds}
+    fills = {one.name: substance_title(one.explosive) for one in run.rounds}
     lines = [
         (
             one.name, fills.get(one.name, "–"), number(one.casing_mass, 4), number(one.charge_mass, 4),
@@ -311,19 +304,18 @@ _EXPOSURE_NOTE = (
 
 
 @section("validation", "Validation of this version", annex=True)
-def _validation(run: RunFiles) -> dict[str, Any]:
+def _validation(run: StoredRun) -> dict[str, Any]:
     rows = evidence.bearing(run)
-    sources = dict.fromkeys(f"{one['case']}: {one['source']}" for one in rows)
+    sources = dict.fromkeys(f"{one.case}: {one.source}" for one in rows)
     return {
         "words": evidence.validation_words(run)[1],
-        "comparisons": [(one, *evidence.shown(one)) for one in rows],
+        "comparisons": [(one, *one.cells) for one in rows],
         "sources": f"{'; '.join(sources)}.",
     }
 
 
 @section("provenance", "Versions and files", annex=True)
-def _provenance(run: RunFiles) -> dict[str, Any]:
-    """Program, versions, seed, date, and the fingerprints of the files."""
+def _provenance(run: StoredRun) -> dict[str, Any]:
     known = {
         "program": "Program", "program_version": "Version", "revision": "Revision", "date": "Date (UTC)",
         "seed": "Seed", "platform": "Platform",
@@ -331,7 +323,7 @@ def _provenance(run: RunFiles) -> dict[str, Any]:
     rows = [Row(words, run.provenance[key]) for key, words in known.items() if run.provenance.get(key)]
     versions = run.summary.versions or json.loads(run.provenance.get("versions") or "{}")
     rows += [Row(f"Version of {name}", str(value)) for name, value in versions.items() if name != "fragfield"]
-    return {"program": rows, "files": [*_files(run.folder)]}
+    return {"program": rows, "files": [*_files(run.path)]}
 
 
 def _files(folder: Path) -> Iterator[tuple[str, str, str]]:
@@ -347,13 +339,12 @@ def digest_of(path: Path) -> str:
 
 
 @section("inputs", "Inputs as resolved", annex=True)
-def _inputs(run: RunFiles) -> dict[str, Any]:
-    return {"case_text": None if run.case is None else run.case_text}
+def _inputs(run: StoredRun) -> dict[str, Any]:
+    return {"case_text": None if run.values is None else run.case_text}
 
 
 @section("attitudes", "Distance by attitude", annex=True)
-def _attitudes(run: RunFiles) -> dict[str, Any] | None:
-    """The distance in every attitude that was flown; of mixed attitudes alone."""
+def _attitudes(run: StoredRun) -> dict[str, Any] | None:
     curve = run.summary.hazard.attitude.curve if run.summary.hazard else ()
     if not curve:
         return None
@@ -373,6 +364,6 @@ def _attitudes(run: RunFiles) -> dict[str, Any] | None:
     return {"head": head, "lines": lines}
 
 
-def catalogue(run: RunFiles, *parts: str) -> Iterable[Row]:
+def catalogue(run: StoredRun, *parts: str) -> Iterable[Row]:
     """What the catalogue lists of parts of the summary in a report."""
     return [line for one in shown("report", *parts) for line in one.rows(run.summary)]

@@ -11,7 +11,7 @@ from fragfield.results.words import parts_of, parts_words, whole_metres
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from fragfield.report.reading.run_files import RunFiles
+    from fragfield.results.run import StoredRun
     from fragfield.results.uncertainty import UncertaintyResult
 
 
@@ -22,7 +22,7 @@ _ESTIMATOR = (
 _APPLIES = {"value": "", "factor": "factor on the case's value: ", "shift": "added to the case's value: "}
 
 
-def study(run: RunFiles) -> dict[str, Any] | None:
+def study(run: StoredRun) -> dict[str, Any] | None:
     """A study of uncertainty: the recommended distance with its parts, shares of the inputs, and their sources."""
     if (found := run.study) is None:
         return None
@@ -57,7 +57,7 @@ def study(run: RunFiles) -> dict[str, Any] | None:
     }
 
 
-def of_distance(run: RunFiles) -> dict[str, Any] | None:
+def of_distance(run: StoredRun) -> dict[str, Any] | None:
     """The same, where samples gave a distance."""
     return study(run) if run.study and run.study.distance else None
 
@@ -76,7 +76,6 @@ def _places(found: UncertaintyResult) -> Iterator[tuple[str, ...]]:
 
 
 def _uncertain_inputs(found: UncertaintyResult) -> Iterator[Row]:
-    """What is uncertain, and where that comes from, in running text."""
     for entry in found.inputs:
         more = f" and {len(entry.keys) - 2} more" if len(entry.keys) > 2 else ""
         words, source = (text[:1].upper() + text[1:] for text in (_APPLIES[entry.applies] + entry.words, entry.source))

@@ -32,6 +32,13 @@ class Shown(NamedTuple):
     label: str
     value: str
     note: str = ""
+    unit: str = ""
+
+    @property
+    def lines(self) -> str:
+        """As the terminal shows it, with the note below."""
+        value = f" {self.value} {self.unit}" if self.unit else f": {self.value}"
+        return f"{self.label[0].lower()}{self.label[1:]}{value}\n  {self.note}"
 
 
 class Part(NamedTuple):
@@ -42,14 +49,25 @@ class Part(NamedTuple):
     reason: str
 
 
+def headline(hazard: Hazard | None) -> Shown:
+    """The recommended distance with its parts, or why there is none: what every view shows."""
+    label = "Recommended distance"
+    if hazard is None:
+        return Shown(label, "–", "not computed")
+    if not hazard.determined:
+        return Shown(label, NOT_DETERMINED, hazard.reason)
+    return Shown(label, whole_metres(hazard.recommended), parts_words(hazard), "m")
+
+
 def distances(hazard: Hazard) -> Iterator[Shown]:
     """The recommended distance, its parts, and beside it what single events do."""
+    shown = headline(hazard)
     if not hazard.determined:
-        yield Shown("Recommended distance", NOT_DETERMINED, hazard.reason)
+        yield shown
         return
     taken_off = f"; {hazard.max_bias:.2g}{SPACE}m taken off for taking the worst direction" if hazard.max_bias else ""
     expected, *added = parts_of(hazard)
-    yield Shown("Recommended distance", whole_metres(hazard.recommended), f"to keep; {basis_words(hazard)}")
+    yield Shown(shown.label, shown.value, f"to keep; {basis_words(hazard)}")
     with_error = metres_and_error(expected.value, hazard.standard_error, SPACE)
     yield Shown("Expected distance", with_error, f"{source_words(hazard)}{taken_off}")
     for part in added:

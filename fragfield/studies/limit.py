@@ -25,7 +25,6 @@ from fragfield.errors import InputError
 from fragfield.files.run_directory import RunDirectory
 from fragfield.hazard.contents import with_images
 from fragfield.interface.kinds import Every, Length, Steps
-from fragfield.interface.tables import Table, table_of_rows
 from fragfield.results.part import Part, out
 from fragfield.results.rules import DistanceOfUse
 from fragfield.results.words import metres, whole_metres
@@ -36,6 +35,7 @@ from fragfield_base.inputs import NotAllowedError, Quantity
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
+    from pandas import DataFrame
     from rich.console import Console
 
     from fragfield.results.summary import Summary
@@ -269,7 +269,7 @@ class Limit(Sweep):
         return list(self.found.words)
 
     @property
-    def table(self) -> Table:
+    def table(self) -> DataFrame:
         """A row a run computed: value, rounds, net explosive quantity (kg), distances (m), `met` and reasons."""
         names = ("rounds", "explosive", "recommended", "standard_error", "to_apply")
         rows = [
@@ -277,7 +277,9 @@ class Limit(Sweep):
              "met": "yes" if row.met else "no", "reasons": "; ".join(row.reasons)}
             for row in self.computed
         ]  # fmt: skip
-        return table_of_rows("limit", rows)
+        from pandas import DataFrame
+
+        return DataFrame(rows)
 
     def __repr__(self) -> str:
         return f"<fragfield.Limit {str(self.path)!r}: {self.rounds} rounds, {len(self.computed)} runs>"

@@ -8,18 +8,19 @@ from typing import TYPE_CHECKING, Any
 from fragfield.errors import InputError
 from fragfield.interface.kinds import PathName
 from fragfield.interface.results import Run
-from fragfield.interface.tables import Table, table_of_rows
 from fragfield.quantities import shown
 from fragfield.results.part import value_at
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from pandas import DataFrame
+
     from fragfield.quantities import Quantity
     from fragfield.results.summary import Summary
 
 
-def compare_runs(run: Run | PathName, reference: Run | PathName) -> Table:
+def compare_runs(run: Run | PathName, reference: Run | PathName) -> DataFrame:
     """Divide what a run gave by what a reference run gave.
 
     Recommended distances that hold different parts have no ratio: one would seem larger by what is known of it alone.
@@ -31,7 +32,7 @@ def compare_runs(run: Run | PathName, reference: Run | PathName) -> Table:
 
     Returns
     -------
-    Table
+    pandas.DataFrame
         A row a quantity that both have: `quantity` (its path in the summary), `label`, `unit`, `run`, `reference` (SI),
         `ratio` and `ratio_error` (standard error of independent realisations, NaN where a run has none).
 
@@ -46,7 +47,9 @@ def compare_runs(run: Run | PathName, reference: Run | PathName) -> Table:
         if one.summary.burst is None and one.summary.flight is None:
             raise InputError(f"{one.path}: its summary.json has no results; run `fragfield run` first")
     summaries = [one.summary for one in runs]
-    return table_of_rows("ratios", [row for one in shown("compare") for row in _row(one, *summaries)])
+    from pandas import DataFrame
+
+    return DataFrame([row for one in shown("compare") for row in _row(one, *summaries)])
 
 
 def _row(one: Quantity, run: Summary, reference: Summary) -> Iterator[dict[str, Any]]:

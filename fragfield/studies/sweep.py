@@ -29,7 +29,6 @@ from fragfield.files.run_directory import RunDirectory
 from fragfield.interface.kinds import Stage, Values
 from fragfield.interface.results import Run
 from fragfield.interface.results import open as open_run
-from fragfield.interface.tables import Table, table_of_rows
 from fragfield.quantities import column_of, shown
 from fragfield.results.part import Part
 from fragfield.results.summary import Summary
@@ -41,6 +40,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
     from pathlib import Path
 
+    from pandas import DataFrame
     from rich.console import Console
 
     from fragfield.case import CaseTable
@@ -198,10 +198,12 @@ class Sweep(Study):
         return {row.name: row.message for row in self.rows if row.state == FAILED}
 
     @property
-    def table(self) -> Table:
+    def table(self) -> DataFrame:
         """A row a run: its name, the values of the keys, its state, and its results in SI (NaN where there is none)."""
         rows = [{"name": row.name, **row.values, "state": row.state, **row.results} for row in self.rows]
-        return table_of_rows("sweep", rows)
+        from pandas import DataFrame
+
+        return DataFrame(rows)
 
     def __repr__(self) -> str:
         return f"<fragfield.Sweep {str(self.path)!r}: {len(self.rows)} runs, {len(self.failures)} failed>"

@@ -29,8 +29,6 @@ _before: dict[str, tuple[int, int, bool]] = {}  # of each logger in use: by how 
 
 
 class _Short(logging.Formatter):
-    """Level and message, as shown on the terminal."""
-
     def format(self, record: logging.LogRecord) -> str:
         return visible(shown(f"{record.levelname.lower()}: {words_of(record)}"))
 
@@ -49,8 +47,6 @@ def concerns_the_user(record: logging.LogRecord) -> bool:
 
 
 class _Once(logging.Filter):
-    """What was said before is not said again."""
-
     def __init__(self) -> None:
         super().__init__()
         self._said: set[str] = set()
@@ -89,8 +85,6 @@ def _handled(handler: logging.Handler, names: tuple[str, ...]) -> Iterator[None]
 
 
 class _Visible(logging.Formatter):
-    """Whole records, without control characters of the texts in them."""
-
     def format(self, record: logging.LogRecord) -> str:
         return visible(super().format(record))
 
@@ -170,7 +164,6 @@ def _show(
     file: TextIO | None = None,
     line: str | None = None,
 ) -> None:
-    """Log a warning with its kind and its code."""
     if file is not None:
         file.write(warnings.formatwarning(message, category, filename, lineno, line))
         return

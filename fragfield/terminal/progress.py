@@ -131,7 +131,6 @@ class ProgressReporter:
             self._task = self._bars.add_task(name, total=None, detail="", left="")
 
     def _end_stage(self) -> None:
-        """Report the whole of the stage that has run, which may have been quicker than reports come."""
         if self._follow is not None and self._stage:
             self._follow(Progress(self._stage, 1.0))
 
@@ -150,7 +149,6 @@ class ProgressReporter:
         self._show(state.done, state.total, detail)
 
     def _compiling(self, begins: bool) -> None:
-        """Say that kernels are compiled, and afterwards what was said before."""
         if self._stage:
             self._publish(Progress(self._stage, self._shown.share, COMPILING) if begins else self._shown)
 

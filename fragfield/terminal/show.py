@@ -19,9 +19,9 @@ from fragfield.quantities import shown
 from fragfield.results.summary import Summary, read_summary
 from fragfield.results.words import (
     basis_words,
+    headline,
     margin_metres,
     metres,
-    parts_words,
     ricochet_words,
     rounded_metres,
     single_note,
@@ -122,7 +122,6 @@ def _parts(summary: Summary) -> Iterator[str | Table]:
 
 
 def _exposed_words(site: ExposedSite) -> str:
-    """Verdict on an exposed site, by which criterion, where it lies, and its margin where one says something."""
     part, where = part_text(site), direction_words(site.azimuth_deg, site.bearing_deg, whole=True)
     shown = "" if part == "–" else f"; {part} of the limit"
     agrees = site.margin is not None and (site.margin >= 0.0) == (site.verdict == "met")
@@ -132,7 +131,6 @@ def _exposed_words(site: ExposedSite) -> str:
 
 
 def _initiated(ignition: Sequence[Ignition]) -> str:
-    """When a round was initiated, and whether by shock."""
     if not ignition:
         return "never initiated"
     return f"{ignition[0].time * 1e6:.4g}{SPACE}µs{', by shock' if ignition[0].by == 'shock' else ''}"
@@ -155,13 +153,10 @@ def convergence_words(part: Convergence) -> list[str]:
 
 
 def _hazard(hazard: Hazard) -> Iterator[str | Table]:
-    """The recommended distance, its parts, and beside it what single events do."""
     yield f"attitude: {attitude_words(hazard.attitude)}"
+    yield headline(hazard).lines
     if not hazard.determined:
-        yield f"recommended distance: not determined\n  {hazard.reason}"
         return
-    yield f"recommended distance {metres(hazard.recommended)}"
-    yield f"  {parts_words(hazard)}"
     yield f"  {source_words(hazard)}; {basis_words(hazard)}"
     others = ricochet_words(hazard).partition(";")[0]
     short = metres(hazard.without_ricochet.recommended)
@@ -174,7 +169,6 @@ def _hazard(hazard: Hazard) -> Iterator[str | Table]:
 
 
 def _tp12(part: Tp12) -> Iterator[str | Table]:
-    """The distances of TP-12 beside the computed one."""
     if beam := part.beam:
         zone = f"worst polar zone, {beam.low:.0f} to {beam.high:.0f} degrees from the nose"
         yield f"{'TP-12: beam of the single round':37}{metres(beam.distance):>16}  {zone}"
@@ -184,7 +178,6 @@ def _tp12(part: Tp12) -> Iterator[str | Table]:
 
 
 def _prescribed(summary: Summary) -> Iterator[str | Table]:
-    """Official distances of the round, and net explosive quantity."""
     if official := summary.official:
         for key, label in OFFICIAL_LABELS.items():
             if (distance := getattr(official, key)) is not None:

@@ -1,4 +1,4 @@
-"""The density along a direction, as page 6 shows it of a run's ensemble.h5."""
+"""The density along a direction, as page 6 shows it of a run's ensemble."""
 
 from __future__ import annotations
 
@@ -7,27 +7,26 @@ import re
 import numpy as np
 import pytest
 
-from flight.files.ensemble import write_ensemble
 from fragfield.app.fields import page_texts
-from fragfield.app.pages.result import Directions
+from fragfield.app.pages.result import direction_facts
+from fragfield.report.figures.hazard import density_svg
 from tests.flight.test_ensemble import ensemble
-
-TEXTS = page_texts()
+from tests.fragfield.synthetic_run import run_of
 
 
 @pytest.mark.parametrize("basis", ["worst_direction", "all_azimuths"])
-def test_the_density_of_a_run_by_direction(basis, tmp_path):
-    assert Directions.of(tmp_path) is None
+def test_the_density_of_a_run_by_direction(basis):
     hazard = ensemble(12, basis=basis)
-    write_ensemble(hazard, {}, tmp_path)
-    known = Directions.of(tmp_path)
-    assert known.differ == (basis == "worst_direction")
-    limit, expected = hazard.criteria.density, hazard.expected
-    assert known.densities(known.deciding) == pytest.approx(expected.density / limit, rel=1e-6)
-    least = float(expected.azimuth[np.argmin(expected.by_direction)])
-    for azimuth in (known.deciding, least, least + 360.0):
-        rows = dict(known.facts(azimuth, TEXTS))
+    expected, landing = hazard.expected, np.ones(3, dtype=[("status", int)])
+    run = run_of(ensemble=hazard, landed=landing)
+    assert density_svg(run_of(ensemble=None), None) == ""
+    by_direction = expected.by_direction if basis == "worst_direction" else np.full(36, expected.distance)
+    deciding, other = float(expected.direction or 0.0), float(expected.azimuth[np.argmin(by_direction)])
+    for azimuth in (deciding, other, other + 360.0):
+        rows = dict(direction_facts(hazard, azimuth, page_texts()))
         reach = expected.by_direction[np.argmin(np.abs(expected.azimuth - azimuth % 360.0))]
         assert float(rows["Expected distance"].split()[0].replace(",", "")) == pytest.approx(reach, rel=2e-2)
-        assert len(re.findall("<polyline", known.svg(azimuth, TEXTS))) == 2
-    assert (known.svg(least, TEXTS) != known.svg(known.deciding, TEXTS)) == known.differ
+        assert ("Direction (azimuth)" in rows) == (basis == "worst_direction")
+    drawn = [density_svg(run, azimuth) for azimuth in (deciding, other)]
+    assert all(len(re.findall("<svg", one)) == 1 for one in drawn)
+    assert (drawn[0] != drawn[1]) == (basis == "worst_direction")

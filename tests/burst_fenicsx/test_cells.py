@@ -174,11 +174,15 @@ def test_the_charges_strength_resists_changes_of_shape_alone(stretch):
     strain = 0.2 * TNT.shear_strength / TNT.shear_modulus * np.array(stretch)
     solver = cube(Part.CHARGE, replace(BARE, burn="time"))
     solver.add_forces(0.0)
-    moved(solver, lambda start: start @ np.diag(np.exp(strain)), 1e-8)
+    for share in (0.5, 1.0):
+        moved(solver, lambda start, s=share: start @ np.diag(np.exp(s * strain)), 1e-8)
     stress = solver.fields.charge.stress[0, 0]
     expected = 2.0 * TNT.shear_modulus * (strain - strain.mean())
     np.testing.assert_allclose(stress[:3], expected, rtol=0.0, atol=1e-3 * TNT.shear_strength)
     np.testing.assert_allclose(stress[3:], 0.0, atol=1e-9 * TNT.shear_strength)
+    # From no stress to that one in two steps: half of it times the strain, along every axis.
+    least = 1e-3 * TNT.shear_strength * np.abs(strain).max() * EDGE**3
+    assert solver.ledger.sums[0] == pytest.approx(0.5 * expected @ strain * EDGE**3, rel=0.02, abs=least)
 
 
 def test_a_cell_may_burn_by_compression_from_three_cells_ahead_of_the_front():
@@ -189,25 +193,6 @@ def test_a_cell_may_burn_by_compression_from_three_cells_ahead_of_the_front():
     charge = solver.fields.charge
     early = charge.ignition_time - charge.compression_from
     np.testing.assert_allclose(early, 3.0 * size / TNT.detonation_velocity, rtol=1e-9)
-
-
-def test_softening_counts_by_the_edge_of_a_cube_of_equal_volume():
-    """Limit strains are reached over `softening_length`: in cells of half that size at twice the strain."""
-    limit, length = 0.4, 8e-3
-    weak = replace(STEEL, shear_softening_strain=limit, tensile_softening_strain=None, softening_length=length)
-    for size in ((4e-3, 4e-3, 4e-3), (2e-3, 4e-3, 8e-3)):
-        solver = burst(box((1, 1, 1), size), BARE, casing=weak)
-        solid = solver.fields.solid
-        assert solid.softening_scale[0] == pytest.approx(0.5, rel=1e-12)
-        # At the limit of these cells no shear strength is left.
-        solid.shear_strain[:] = 0.999 * limit / 0.5
-        moved(solver, lambda start: start @ np.array([[1.0, 0.0, 0.05], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]), 1e-8)
-        half = 0.5 * weak.shear_strength
-        assert 0.0 <= np.abs(solid.stress[0, 0, 3:]).max() < 0.02 * half
-        fresh = burst(box((1, 1, 1), size), BARE, casing=weak)
-        fresh.fields.solid.shear_strain[:] = 0.5 * limit / 0.5
-        moved(fresh, lambda start: start @ np.array([[1.0, 0.0, 0.05], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]), 1e-8)
-        assert np.abs(fresh.fields.solid.stress[0, 0, 3:]).max() == pytest.approx(half, rel=0.05)
 
 
 def test_a_cell_moves_with_the_mean_of_its_nodes():
@@ -261,19 +246,6 @@ def test_the_impulse_of_planes_is_no_error_of_the_momentum():
     assert solver.ledger.record(solver.fields, 0.0, 0.0, 0.0).momentum_error == 0.0
 
 
-def test_what_may_still_be_initiated_is_stepped_for_the_front():
-    """Products at rest have c^2 = 3 P / rho; a charge that is not burnt yet, the 3/4 D of those at the front."""
-    settings, steps = replace(BARE, products="landau"), []
-    for burnt in (0.0, 0.999, 1.0):
-        solver = burst(box((1, 1, 1), (0.01, 0.011, 0.012), Part.CHARGE), settings)
-        solver.fields.charge.burn_fraction[:] = burnt
-        solver.add_forces(0.0)
-        steps.append(solver.control.stable_step)
-    sound = np.sqrt(3.0 * solver.fields.charge.pressure[0] / TNT.density)
-    assert steps[0] / steps[2] == pytest.approx(sound / (0.75 * TNT.detonation_velocity), rel=1e-9)
-    assert steps[1] == pytest.approx(steps[0], rel=1e-9)
-
-
 @pytest.mark.parametrize("quadrature", QUADRATURES)
 def test_tension_softens_by_the_edge_of_a_cube_of_equal_volume(quadrature):
     """Half of the strength is left at half of the limit strain, which is twice as large in cells of half the length."""
@@ -284,6 +256,7 @@ def test_tension_softens_by_the_edge_of_a_cube_of_equal_volume(quadrature):
         for share in (0.25, 0.5, 0.999):
             solver = burst(box((1, 1, 1), size), replace(BARE, quadrature=quadrature), casing=weak)
             solid = solver.fields.solid
+            assert solid.softening_scale[0] == pytest.approx(scale, rel=1e-12)
             solid.volume_strain[:] = share * limit / scale
             moved(solver, lambda start: start * 1.02, 1e-8)
             left = (1.0 - share) * weak.tensile_strength

@@ -1,4 +1,4 @@
-"""An interrupted burst, resumed, equals the uninterrupted one; foreign, other and cut-off files are refused."""
+"""Interrupted bursts, resumed, equal those left alone; signals within steps, full disks; files that are refused."""
 
 from __future__ import annotations
 
@@ -16,27 +16,19 @@ from mpi4py import MPI
 
 from burst_fenicsx import assembled, simulation
 from burst_fenicsx.errors import InputError
+from burst_fenicsx.files.output import TimeSeries
+from burst_fenicsx.mechanics.solver import BurstSolver
 from burst_fenicsx.problem import Leakage
 from burst_fenicsx.run_burst import simulate
 from fragfield_base.interruption import Interruption
-from tests.burst_fenicsx.tubes import SETTINGS, tube
-from tests.datasets import same_data
+from tests.burst_fenicsx.tubes import SETTINGS, interrupted, tube
+from tests.datasets import datasets, same_data
+from tests.faults import limited_file_size
 
 pytestmark = pytest.mark.dolfinx
 
+
 LEAKING = replace(SETTINGS, end_time=42e-6, leakage=Leakage(True, 1.02))
-
-
-def interrupted(out_dir, settings, time, resume=False):
-    """Run until the first progress report after `time` and press Ctrl-C there."""
-
-    def press(progress):
-        if progress.time > time:
-            os.kill(os.getpid(), signal.SIGINT)
-
-    options = {"comm": MPI.COMM_SELF, "provenance": {"case": "tube"}, "on_progress": press, "resume": resume}
-    with pytest.raises(KeyboardInterrupt):
-        simulate([tube()], settings, out_dir, **options)
 
 
 @pytest.mark.parametrize(("quadrature", "products"), [("one_point", "landau_cj"), ("full", "jwl")])
@@ -115,18 +107,6 @@ def test_a_checkpoint_that_cannot_be_written_is_reported(tmp_path):
         simulate([tube()], SETTINGS, tmp_path, comm=MPI.COMM_SELF)
 
 
-def test_ctrl_c_waits_for_the_step_and_a_second_one_does_not():
-    usual = signal.getsignal(signal.SIGINT)
-    with Interruption() as interruption:
-        interruption.check()
-        os.kill(os.getpid(), signal.SIGINT)
-        with pytest.raises(KeyboardInterrupt):
-            interruption.check()
-        with pytest.raises(KeyboardInterrupt):
-            signal.raise_signal(signal.SIGINT)
-    assert signal.getsignal(signal.SIGINT) is usual
-
-
 def test_off_the_main_thread_signals_are_left_alone():
     usual, seen = signal.getsignal(signal.SIGINT), []
 
@@ -138,3 +118,111 @@ def test_off_the_main_thread_signals_are_left_alone():
     thread.start()
     thread.join()
     assert seen == [usual]
+
+
+SHORT = replace(SETTINGS, end_time=12e-6, output_interval=3e-6)
+FILES = ("burst_snapshot.h5", "burst")
+
+
+def _run(folder, *, resume=False):
+    return simulate([tube()], SHORT, folder, comm=MPI.COMM_SELF, provenance={"case": "tube"}, resume=resume)
+
+
+def _assert_equal(folder, whole):
+    for name in FILES:
+        same_data(folder / name, whole / name)
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    """A burst that is left alone; its folder and its number of steps."""
+    folder = tmp_path_factory.mktemp("whole")
+    return folder, _run(folder).summary["steps"]
+
+
+def _signal_within(monkeypatch, owner, method, number, kind):
+    """Send a signal from within the call of this number of a method, in its middle: after its work, before its end."""
+    calls, usual = [], getattr(owner, method)
+
+    def call(self, *arguments, **options):
+        result = usual(self, *arguments, **options)
+        calls.append(None)
+        if len(calls) == number:
+            os.kill(os.getpid(), kind)
+        return result
+
+    monkeypatch.setattr(owner, method, call)
+
+
+@pytest.mark.parametrize(
+    ("kind", "share"),
+    [(signal.SIGTERM, 0.0), (signal.SIGINT, 0.3), (signal.SIGHUP, 0.7), (signal.SIGTERM, 1.0)],
+)
+def test_a_signal_in_the_middle_of_a_step_is_resumed_bitwise(whole, tmp_path, monkeypatch, kind, share):
+    """Forces are added within a step, when positions and stresses belong to different times."""
+    _, steps = whole
+    usual = signal.signal(kind, signal.default_int_handler)
+    try:
+        with monkeypatch.context() as patch:
+            _signal_within(patch, BurstSolver, "check_cells", max(1, round(share * steps)), kind)
+            with pytest.raises(KeyboardInterrupt):
+                _run(tmp_path)
+    finally:
+        signal.signal(kind, usual)
+    with h5py.File(tmp_path / "checkpoint.h5") as file:
+        assert file.attrs["steps"] == max(1, round(share * steps))
+    _run(tmp_path, resume=True)
+    assert not (tmp_path / "checkpoint.h5").exists()
+    _assert_equal(tmp_path, whole[0])
+
+
+@pytest.mark.parametrize(
+    ("kind", "calls"),
+    [
+        pytest.param(signal.SIGINT, [(TimeSeries, "_grid", 2)], id="in the middle of an output"),
+        # The second Ctrl-C ends at once and writes nothing of the broken step; several SIGTERM are one.
+        pytest.param(signal.SIGINT, [(BurstSolver, "check_cells", 2), (BurstSolver, "_add_forces", 5)], id="twice"),
+        pytest.param(signal.SIGTERM, [(BurstSolver, "_add_forces", number) for number in (3, 4, 5)], id="SIGTERM"),
+    ],
+)
+def test_signals_in_a_row_keep_the_state(whole, tmp_path, monkeypatch, kind, calls):
+    usual = signal.signal(kind, signal.default_int_handler)
+    try:
+        with monkeypatch.context() as patch:
+            for owner, method, number in calls:
+                _signal_within(patch, owner, method, number, kind)
+            with pytest.raises(KeyboardInterrupt):
+                _run(tmp_path)
+    finally:
+        signal.signal(kind, usual)
+    _run(tmp_path, resume=True)
+    _assert_equal(tmp_path, whole[0])
+
+
+@pytest.mark.parametrize("share", [0.5, 0.95])
+def test_a_full_disk_is_one_message_and_is_resumed_bitwise(whole, tmp_path, monkeypatch, share):
+    monkeypatch.setattr(simulation, "_CHECKPOINT_SECONDS", 0.0)  # one at every output
+    largest = max(path.stat().st_size for path in (whole[0] / "burst_snapshot.h5", *(whole[0] / "burst").iterdir()))
+    room = int(share * largest)
+    with limited_file_size(room), pytest.raises(InputError, match=r"h5: cannot be written: .*; ") as said:
+        _run(tmp_path)
+    assert "\n" not in str(said.value)
+    for path in tmp_path.rglob("*.h5"):
+        datasets(path)  # everything before can be read
+    _run(tmp_path, resume=True)
+    _assert_equal(tmp_path, whole[0])
+
+
+def test_a_folder_that_vanishes_is_one_message(tmp_path, monkeypatch):
+    calls, usual = [], BurstSolver.check_cells
+
+    def vanish(self):
+        usual(self)
+        calls.append(None)
+        if len(calls) == 2:
+            tmp_path.rename(tmp_path.with_name(f"{tmp_path.name}_gone"))  # at once: a state may be being written
+
+    monkeypatch.setattr(BurstSolver, "check_cells", vanish)
+    with pytest.raises(InputError, match=r": cannot be written: the file or its folder is not there any more"):
+        _run(tmp_path)
+    assert not tmp_path.exists()  # nothing has made it again

@@ -1,4 +1,4 @@
-"""The hexahedron's kernels: patch test, rigid rotation, internal force against UFL; both quadratures."""
+"""The hexahedron's kernels: patch test, rotation, internal force and the whole method against UFL."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ import pytest
 
 pytest.importorskip("burst_fenicsx.compat")
 
-import basix
 import dolfinx.fem
 import ufl
 
 from burst_fenicsx import compat
 from burst_fenicsx.kernels.lanes import LANES
 from burst_fenicsx.problem import Hourglass, Part, Viscosity
+from docs.theory import method_in_ufl as demo
 from tests.burst_fenicsx.boxes import (
     BARE,
     CONTROLLED,
@@ -32,6 +32,7 @@ from tests.burst_fenicsx.boxes import (
 )
 
 pytestmark = pytest.mark.dolfinx
+
 
 QUADRATURES = ("one_point", "full")
 
@@ -233,12 +234,6 @@ def test_force_of_full_quadrature_equals_ufls_b_bar():
     assert error < 1e-12
 
 
-def test_points_lie_in_the_order_of_basix():
-    points, _ = basix.make_quadrature(basix.CellType.hexahedron, 3)
-    signs = np.array([[1 if k & 4 else -1, 1 if k & 2 else -1, 1 if k & 1 else -1] for k in range(8)])
-    np.testing.assert_allclose(2.0 * np.asarray(points) - 1.0, signs / np.sqrt(3.0), atol=1e-14)
-
-
 @pytest.mark.parametrize("part", [Part.CASING, Part.CHARGE])
 @pytest.mark.parametrize("offset", [1e-3, 3e-3, 6e-3])
 def test_hourglass_control_takes_energy_from_warped_cells_and_gives_none(offset, part):
@@ -306,3 +301,22 @@ def balance(solver):
     """Kinetic energy and all that is stored or lost, less what the charge gave (J): a constant."""
     entry = solver.ledger.record(solver.fields, solver.time, solver.time_step, 0.0)
     return entry.kinetic + entry.strain + entry.plastic + entry.viscous + entry.hourglass - entry.products_work
+
+
+def test_plain_forms_and_the_solver_move_a_tube_alike():
+    moved, positions, velocities = demo.differences()
+    assert moved > 0.1 * 0.026  # of the outer radius
+    assert positions < 1e-10
+    assert velocities < 1e-10
+
+
+@pytest.mark.parametrize(
+    "name", ["shear_strength", "tensile_strength", "shear_softening_strain", "tensile_softening_strain"]
+)
+def test_every_property_of_the_steel_matters_in_that_tube(name, monkeypatch):
+    """A thousandth more moves a node by far more than the two ways differ."""
+    mesh = demo.tube()
+    position, _ = demo.by_solver(mesh)
+    monkeypatch.setattr(demo, "STEEL", replace(demo.STEEL, **{name: 1.001 * getattr(demo.STEEL, name)}))
+    other, _ = demo.by_solver(mesh)
+    assert np.abs(other - position).max() > 1e-7 * np.abs(position - mesh.nodes).max()

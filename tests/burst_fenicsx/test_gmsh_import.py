@@ -65,13 +65,6 @@ def test_round_trip_keeps_cells_and_names(tmp_path, m107):
     assert back.lengths[0] == pytest.approx(m107.lengths[0], rel=1e-9)
 
 
-def test_a_file_of_one_block_per_part_holds_the_same_cells(tmp_path, m107):
-    back = read_gmsh(write_mesh(tmp_path / "m107.msh", m107))
-    ours = {(int(part), *cell) for part, cell in zip(m107.part, m107.cells, strict=True)}
-    theirs = {(int(part), *cell) for part, cell in zip(back.part, back.cells, strict=True)}
-    assert ours == theirs
-
-
 def test_automatic_segments_distinguish_nose_wall_and_base(tmp_path, m107):
     profile = load_profile("m107")
     back = read_gmsh(write_mesh(tmp_path / "m107.msh", m107))

@@ -178,15 +178,6 @@ def test_the_pressure_must_be_held_for_the_duration():
     assert never.initiation.held.max() < 1.5 * expected.length
 
 
-def test_nothing_is_watched_once_all_is_initiated_or_where_nothing_waits():
-    expected = impact()
-    solver = struck(0.6 * expected.pressure)
-    run(solver, expected.arrival + 3.0 * CELL / expected.shock + 1.2 * CHARGE * CELL / TNT.detonation_velocity)
-    assert not solver.initiation.waiting
-    assert not solver.initiation.update(solver.time, solver.time_step)
-    assert burst(box((1, 1, 2), (CELL, CELL, 2 * CELL), Part.CHARGE)).initiation is None
-
-
 def test_the_step_resolves_the_burn_once_the_charge_is_initiated():
     """Before, it need not; from then on no cell burns by time by more than a quarter in a step of its own."""
     expected = impact()
@@ -255,23 +246,6 @@ def test_ranks_initiate_the_neighbour_alike(tmp_path, on_ranks, initiated_by_nei
     on_ranks(ranks, "-m", "tests.burst_fenicsx.rank_states", path, "random", *SHOCK)
     found = {name: values for name, values in np.load(path).items() if name not in OF_RANKS}
     assert differences(state(initiated_by_neighbour), found) == []
-
-
-@pytest.mark.parametrize("step", [0.3e-6, 0.07e-6])
-def test_the_source_is_timed_by_the_duration_and_not_by_the_steps(step):
-    """Pressure that stays up from a time on initiates the charge one duration later, whatever the steps."""
-    begin, duration = 1.0e-6, 1.0e-6
-    solver = burst(box((1, 1, 4), (CELL, CELL, 4 * CELL), Part.CHARGE), initiation=ShockInitiation(5e9, duration))
-    charge, watch = solver.fields.charge, solver.initiation
-    for number in range(round(begin / step) + 1):
-        assert not watch.update(begin - (round(begin / step) - number) * step - 0.5 * step, step)
-    charge.pressure[0] = 5e9  # at the threshold: that counts
-    time = begin
-    while not watch.update(time, step):
-        assert time < begin + duration
-        time += step
-    assert duration <= time - begin < duration + step
-    assert watch.sources[0].time == pytest.approx(begin + duration, rel=1e-12)
 
 
 def test_pressure_that_falls_in_between_starts_again():

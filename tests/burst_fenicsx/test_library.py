@@ -86,19 +86,13 @@ def test_file_of_a_user(tmp_path):
         ("poisson_ratio = 0.3", "poisson_ratio = 0.5", r"poisson_ratio = 0.5; a number at least 0 and below 0.5"),
         ("shear_strength", "shear_stength", r"unknown key 'shear_stength'; did you mean 'shear_strength'\?"),
         ("density = 7800", "density = nan", r"density = nan; a number above 0"),
+        ("7800", '7800\nshear_softening_strain = "no"', "= 'no'; a number above 0 or \"none\" is expected"),
     ],
 )
 def test_bad_casing_is_refused(tmp_path, old, new, message):
     path = tmp_path / "mine.toml"
     path.write_text(CASING.replace(old, new))
     with pytest.raises(InputError, match=message):
-        load_casing(path)
-
-
-def test_softening_must_be_a_strain_or_none(tmp_path):
-    path = tmp_path / "mine.toml"
-    path.write_text(CASING + 'shear_softening_strain = "no"\n')
-    with pytest.raises(InputError, match="shear_softening_strain = 'no'; a number above 0 or \"none\" is expected"):
         load_casing(path)
 
 

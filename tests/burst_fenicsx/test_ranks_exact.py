@@ -65,14 +65,6 @@ def test_compiled_sums_are_exact_in_any_order(terms):
     assert abs(float(whole) - math.fsum(1.0625 * terms)) < len(terms) * quantum(rounding)
 
 
-def test_parts_of_a_sum_may_be_added_in_any_grouping(terms):
-    rounding = rounding_constant(8.0)
-    rounded = np.asarray(quantise(terms, rounding))
-    whole = math.fsum(rounded)
-    for pieces in (2, 3, 7, 100):
-        assert sum(piece.sum() for piece in np.array_split(rounded, pieces)) == whole
-
-
 def test_contacts_of_one_node_are_summed_exactly_beyond_what_cells_can_give():
     """Terms of up to ten times a cell's largest force, as where walls collide: with the cells' quantum order shows."""
     cells = rounding_constant(5.8e6)  # N, of steel cells of 8 mm

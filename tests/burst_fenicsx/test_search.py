@@ -169,15 +169,6 @@ def test_a_node_of_a_sharp_fold_does_not_meet_its_own_faces(corner):
         assert not {(n, number) for n in small} & found
 
 
-def test_pairs_grow_no_faster_than_the_surfaces():
-    """Four times the nodes at half the edge and half the reach: along curves where sheets cross, twice the pairs."""
-    counts = []
-    for count in (20, 40):
-        nodes, surfaces = sheets(count, 3, bodies=12)
-        counts.append(found_by_hash(nodes, surfaces, 1.0 / count, 2.0 / count)[1])
-    assert 1.4 < counts[1] / counts[0] < 2.8
-
-
 def one_node_over(faces, node, outward, rounds=1):
     """Pairs of a node, the last of all, with each of other rounds, of which each has as many of the faces."""
     pairs, count = no_pairs(np.full(rounds, node), 4), len(faces)

@@ -12,7 +12,7 @@ pytest.importorskip("burst_fenicsx.compat")
 from burst_fenicsx.errors import NumericalStop
 from burst_fenicsx.mechanics.nodal_loads import NodalConstraint
 from burst_fenicsx.problem import Hourglass, TimeStep, Viscosity
-from tests.burst_fenicsx.boxes import BARE, ELASTIC, box, burst, ring_sector, run_until, with_fixed_step
+from tests.burst_fenicsx.boxes import BARE, ELASTIC, box, burst, ring_sector, run_until
 
 pytestmark = pytest.mark.dolfinx
 
@@ -109,48 +109,6 @@ def test_thick_walled_tube_yields_at_the_closed_form(quadrature):
     assert errors[-1] < 2e-3, f"rate {rate:.2f}, errors {errors}"
 
 
-def test_work_of_an_external_force_is_found_again():
-    """A block pulled along z by a growing force: v = k t^2 / (2 m), and the ledger closes on the work of that force."""
-    mesh = box((2, 2, 2), (0.01,) * 3)
-
-    def pull(time, force):
-        force[:, 2] += 1e8 * time
-
-    solver = burst(mesh, BARE, external=pull, min_work=1e-3)
-    while solver.time < 40e-6:
-        solver.step()
-    total = solver.fields.mass.sum()
-    momentum = (solver.fields.mass @ solver.fields.nodes.velocity)[2]
-    middle = solver.time - 0.5 * solver.time_step  # the velocity lies half a step behind
-    assert momentum == pytest.approx(0.5 * 27e8 * middle**2, rel=1e-3)
-    assert total == pytest.approx(7850.0 * 1e-6, rel=1e-12)
-    entry = solver.ledger.record(solver.fields, solver.time, solver.time_step, 0.0)
-    assert entry.energy_error < 2e-3
-    assert entry.external_work > 0.0
-
-
-def test_damping_brings_a_pulled_block_to_its_terminal_speed():
-    """Under an even pull a the speed is a/c (1 - exp(-c t)), and the ledger holds the heat of the damping."""
-    mesh = box((2, 2, 2), (0.01,) * 3)
-    pull, damping = 1e7, 2e4
-    mass = np.array([0.0])
-
-    def along_z(_, force):
-        force[:, 2] += pull * mass
-
-    settings = replace(BARE, damping=damping)
-    solver = burst(mesh, settings, external=along_z, min_work=1e-3)
-    mass = solver.fields.mass
-    while solver.time < 100e-6:
-        solver.step()
-    middle = solver.time - 0.5 * solver.time_step
-    exact = pull / damping * (1.0 - np.exp(-damping * middle))
-    np.testing.assert_allclose(solver.fields.nodes.velocity[:, 2], exact, rtol=1e-2)
-    entry = solver.ledger.record(solver.fields, solver.time, solver.time_step, 0.0)
-    assert entry.damping > 0.5 * entry.external_work
-    assert entry.energy_error < 5e-3
-
-
 def test_held_nodes_do_not_move_along_the_direction():
     mesh = box((2, 2, 2), (0.01,) * 3)
     direction = np.array([1.0, 2.0, -2.0]) / 3.0
@@ -165,27 +123,6 @@ def test_held_nodes_do_not_move_along_the_direction():
     moved = solver.fields.nodes.position - solver.fields.start
     assert np.abs(moved[:9] @ direction).max() < 1e-12 * np.abs(moved[:9]).max()
     assert np.abs(moved[:9]).max() > 1e-10
-
-
-def test_a_cell_turned_inside_out_stops_the_run_and_is_named():
-    """An absurd fixed step; the message names cell, part, place and time."""
-    mesh = box((2, 2, 2), (0.01,) * 3)
-    solver = burst(mesh, with_fixed_step(BARE, 1e-3))
-    solver.fields.nodes.velocity[:] = 50.0 * np.sin(1e3 * solver.fields.start)
-    message = (
-        r"lost cell: cell \d of the casing of round 0, station [27]\.5 mm from the nose, "
-        r"now at \(.*\) mm, has turned inside out \(at \d+\.00 us\)"
-    )
-    with pytest.raises(NumericalStop, match=message) as stop:
-        run_until(solver, 10e-3)
-    assert stop.value.time == solver.time > 0.0
-
-
-def test_a_step_that_is_no_number_stops_the_run():
-    solver = burst(box((1, 1, 1), (0.01,) * 3), BARE)
-    solver.control.stable_step = np.nan
-    with pytest.raises(NumericalStop, match="lost cell: the stable step is NaN"):
-        solver.check_cells()
 
 
 def test_a_state_that_is_no_number_stops_the_run():

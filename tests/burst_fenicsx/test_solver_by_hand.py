@@ -156,6 +156,11 @@ def test_cells_that_a_front_may_reach_before_the_next_choice_and_those_behind_it
     assert seen["whole"] == pytest.approx(BARE.time_step.cfl * 1e-6, rel=1e-12)
 
 
+def test_the_step_of_contact_at_rest_lets_no_cell_burn_by_more_than_a_quarter():
+    solver = charge_of()
+    assert solver.control.contact_step == pytest.approx(0.25 / solver.fields.charge.burn_rate.max(), rel=1e-12)
+
+
 def burning(ignition, rate):
     charge = SimpleNamespace(ignition_time=np.array(ignition), burn_rate=np.array(rate))
     return BurningTimes(SimpleNamespace(charge=charge, mesh=SimpleNamespace(comm=MPI.COMM_SELF)))
@@ -172,50 +177,10 @@ def test_the_burn_ends_with_the_last_cell_and_its_front_is_reflected_for_ten_mic
     assert 0.25 / nothing.fastest > 1e9
 
 
-class Least:
-    """A communicator of two ranks; the other's numbers are given, and are to be met in the same order."""
-
-    size, rank = 2, 0
-
-    def __init__(self, *others):
-        self.others = list(others)
-
-    def allreduce(self, value, op=MPI.SUM):
-        """As mpi4py's, for what is summed or compared here."""
-        other = self.others.pop(0)
-        if op == MPI.SUM:
-            return value + other
-        return value or other if op == MPI.LOR else (min if op == MPI.MIN else max)(value, other)
-
-    def allgather(self, value):
-        """As mpi4py's."""
-        return [value, self.others.pop(0)]
-
-
-def test_two_ranks_agree_on_the_minimum_and_on_the_burn():
-    one = control()
-    one._fields = SimpleNamespace(mesh=SimpleNamespace(comm=Least(2.0, 7.0)))
-    for of_cells, expected in (([3.0, 5.0], 2.0), ([3.0, 5.0], 3.0)):
-        one.take_stable_step(np.array(of_cells))
-        assert one.stable_step == expected
-    one._fields.mesh.comm = MPI.COMM_SELF
-    one.take_stable_step(np.zeros(0))
-    assert one.stable_step == np.inf
-    charge = SimpleNamespace(ignition_time=np.array([1e-5]), burn_rate=np.array([1e6]))
-    found = BurningTimes(SimpleNamespace(charge=charge, mesh=SimpleNamespace(comm=Least(4e6, 1e-6))))
-    assert (found.fastest, found.end) == (4e6, pytest.approx(1.1e-5))
-
-
-def test_a_cell_that_another_rank_has_lost_stops_this_one_too():
-    totals = SimpleNamespace(smallest_volume=np.array([1.0, 2.0]))
-    state = SimpleNamespace(mesh=SimpleNamespace(comm=Least("", "cell 7 has turned inside out")))
-    check_cells(state, totals, 1.0, 3e-6)
-    with pytest.raises(NumericalStop, match="lost cell: cell 7 has turned inside out"):
-        check_cells(state, totals, 1.0, 3e-6)
-    state.mesh.comm = MPI.COMM_SELF
+def test_a_step_that_is_no_number_stops_the_run_and_a_rank_without_a_cell_has_nothing_to_lose():
+    state = SimpleNamespace(mesh=SimpleNamespace(comm=MPI.COMM_SELF))
     with pytest.raises(NumericalStop, match="the stable step is NaN"):
-        check_cells(state, totals, np.nan, 3e-6)
-    # A rank without a cell has nothing to lose.
+        check_cells(state, SimpleNamespace(smallest_volume=np.array([1.0, 2.0])), np.nan, 3e-6)
     check_cells(state, SimpleNamespace(smallest_volume=np.zeros(0)), np.inf, 0.0)
 
 

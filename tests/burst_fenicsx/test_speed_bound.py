@@ -14,7 +14,6 @@ pytest.importorskip("burst_fenicsx.compat")
 from burst_fenicsx.materials.library import load_explosive
 from burst_fenicsx.materials.products import make_products
 from burst_fenicsx.materials.products.jwl import JwlProducts
-from burst_fenicsx.materials.products.landau import LandauProducts
 from burst_fenicsx.problem import JonesWilkinsLee
 from burst_fenicsx.records.measures import escape_speed, speeds_and_bound
 from tests.burst_fenicsx.bodies import bodies, moved
@@ -50,15 +49,6 @@ def test_products_escape_with_the_speed_of_their_own_isentrope(explosive, model)
     expected = front / 4.0 + gained(lambda v: float(products.pressure(v)), products.density, 0.75)
     assert products.escape_speed == pytest.approx(expected, rel=2e-4)
     assert 1.40 < products.escape_speed / explosive.detonation_velocity < 1.70
-
-
-def test_products_of_one_branch_escape_with_the_detonation_velocity():
-    """One exponent of 3 throughout, the knee at infinite volume: D/4 + 3 D/4 (Zel'dovich and Kompaneets 1960)."""
-    density, velocity, knee = 1600.0, 7000.0, 1e9
-    pressure = 27.0 / 256.0 * density * velocity**2
-    products = LandauProducts(density, pressure, pressure * knee**-3.0, knee, 1e9)
-    assert products.front_speed == pytest.approx(velocity, rel=1e-12)
-    assert products.escape_speed == pytest.approx(velocity, rel=1e-6)
 
 
 def polytropic(omega, density=1000.0, energy=4e9):

@@ -108,11 +108,6 @@ def test_a_round_behind_a_plane_is_refused(tmp_path):
         Simulation([right()], flat, tmp_path, MPI.COMM_SELF, {})
 
 
-def test_nothing_to_initiate_is_refused(tmp_path):
-    with pytest.raises(InputError, match="round 'left' has no ignition point"):
-        Simulation([left(ignition=())], SHORT, tmp_path, MPI.COMM_SELF, {})
-
-
 def pallet(folder, side, **changes):
     """A burst, before its first step, of the ready pallet with `side` x `side` M107 and 12 mm cells."""
     case = load_case(CASES / "m107_pallet_2x4.toml", {"stack.counts": [side, side, 1], "burst.cell_size": "12 mm"})

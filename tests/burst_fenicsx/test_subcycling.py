@@ -164,20 +164,6 @@ def test_far_fewer_steps_of_cells_are_made():
     assert own.cell_steps < 0.5 * every.cell_steps
 
 
-def test_the_step_grows_by_a_twentieth_at_most():
-    """After a short step the next ones grow slowly, however long the cells would bear them."""
-    solver = burst(box((1, 1, 1), (4e-3,) * 3), replace(BARE, time_step=TimeStep(subcycling=False)))
-    solver.control.uncut_step = 1e-10
-    steps = []
-    for _ in range(40):
-        solver.step()
-        steps.append(solver.time_step)
-    growth = np.array(steps[1:]) / steps[:-1]
-    assert growth.max() <= 1.05 * (1.0 + 1e-12)
-    assert steps[-1] > 5.0 * steps[0]
-    assert steps[0] <= 1.05e-10 * (1.0 + 1e-12)
-
-
 def test_contacts_step_is_a_share_of_the_steps_of_the_cells():
     """Seven tenths of the step that the smallest cell takes: in proportion to its edge and to the share of CFL."""
     found = {}

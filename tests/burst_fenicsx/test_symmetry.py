@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from burst_fenicsx.meshing import cell_volumes, merge, mesh_round
-from burst_fenicsx.problem import IgnitionPoint, Mirror, RigidPlane, ShockInitiation
+from burst_fenicsx.problem import IgnitionPoint, RigidPlane, ShockInitiation
 from burst_fenicsx.symmetry import smallest_part, symmetry_words
 from fragfield.case.conversion.stack import pallet, row, triangle
 from tests.burst_fenicsx.tubes import SETTINGS, tube
@@ -186,44 +186,6 @@ def _volumes(nodes, cells):
     return hexahedron_volumes(np.ascontiguousarray(nodes), reordered(cells).astype(np.int32))
 
 
-def test_reflection_of_vectors_and_stresses():
-    """A field given by one formula on the whole is recovered from its values on a quarter."""
-    pytest.importorskip("burst_fenicsx.compat")
-    from burst_fenicsx.symmetry.completion import Completion
-
-    rounds = stack(turned(row(2, PITCH), 30.0))
-    part = smallest_part(rounds, AUTO)
-    mesh = merge(
-        [
-            mesh_round(item, 18e-3, index, cuts)
-            for index, (item, cuts) in enumerate(zip(part.rounds, part.cuts, strict=True))
-        ]
-    )
-    whole = Completion(part, mesh)
-    normals = np.array([plane.normal for plane in part.planes])
-
-    def velocity(x):  # invariant under both reflections: of odd degree along the normals
-        a, b = ((x - part.point) @ normals.T).T
-        along = np.stack([a * (1.0 + b**2), b - 3.0 * b * a**2], axis=1) @ normals
-        return along + np.outer(a**2 - b**2 * x[:, 2], [0.0, 0.0, 1.0])
-
-    def stress(x):  # gradient-like: n n^T even, mixed terms odd
-        a, b = ((x - part.point) @ normals.T).T
-        n, m, z = *normals, np.array([0.0, 0.0, 1.0])
-        sym = lambda u, v: 0.5 * (np.outer(u, v) + np.outer(v, u))  # noqa: E731
-        full = (
-            np.einsum("k,ij->kij", a**2, np.outer(n, n)) + np.einsum("k,ij->kij", a * b, sym(n, m))
-            + np.einsum("k,ij->kij", a, sym(n, z)) + np.einsum("k,ij->kij", b, sym(m, z))
-        )  # fmt: skip
-        return full[:, [0, 1, 2, 0, 1, 2], [0, 1, 2, 1, 2, 0]]
-
-    points = whole.point_fields({"position": mesh.nodes, "velocity": velocity(mesh.nodes)})
-    np.testing.assert_allclose(points["velocity"], velocity(points["position"]), atol=1e-12)
-    centre = mesh.nodes[mesh.cells].mean(axis=1)
-    found = whole.cell_fields({"stress": stress(centre)})["stress"]
-    np.testing.assert_allclose(found, stress(points["position"][whole.cells].mean(axis=1)), atol=1e-12)
-
-
 @pytest.mark.dolfinx
 def test_the_quarter_of_a_round_bursts_as_the_whole(tmp_path):
     """A quarter against a whole round on the same grid, node by node; masses, speeds, diameter, energies, momentum."""
@@ -270,39 +232,3 @@ def _snapshot(folder):
     key = np.round(nodes["reference"] * 1e7) + 0.0
     order = np.lexsort((*key.T, charge))
     return {name: values[order] for name, values in nodes.items()}
-
-
-@pytest.mark.dolfinx
-def test_a_pair_is_computed_as_a_quarter_with_all_rounds_in_the_files(tmp_path):
-    """Two tubes that collide: the quarter against one tube before a plane; names, places and images in the snapshot."""
-    pytest.importorskip("burst_fenicsx.compat")
-    import h5py
-
-    from burst_fenicsx.run_burst import simulate
-
-    half = 0.5 * (0.155 + 5e-3)
-    settings = replace(SETTINGS, cell_size=12e-3, end_time=50e-6)
-    mirror = Mirror("mirror", (0.0, 0.0, 0.0), (1.0, 0.0, 0.0))
-    (tmp_path / "one").mkdir(), (tmp_path / "two").mkdir()
-    one = simulate([tube(position=(half, 0.0, 0.0))], replace(settings, planes=(mirror,)), tmp_path / "one")
-    pair = [tube(name="left", position=(-half, 0.0, 0.0)), tube(name="right", position=(half, 0.0, 0.0))]
-    two = simulate(pair, replace(settings, symmetry="auto"), tmp_path / "two")
-    assert two.summary["cells"] * 2 == one.summary["cells"]
-    assert two.summary["contact"]["max_plane_penetration"] > 0.0  # they have met
-    assert len(two.rounds) == 2
-    assert two.summary["casing_mass"] == pytest.approx(2.0 * one.summary["casing_mass"], rel=1e-9)
-    assert two.summary["mean_initial_speed"] == pytest.approx(one.summary["mean_initial_speed"], rel=1e-3)
-    assert two.history["kinetic_casing"][-1] == pytest.approx(2.0 * one.history["kinetic_casing"][-1], rel=2e-3)
-    with h5py.File(tmp_path / "two" / "burst_snapshot.h5") as file:
-        assert "planes" not in file  # nothing is left for the break-up to mirror
-        assert [file[f"rounds/{k}"].attrs["name"] for k in (0, 1)] == ["left", "right"]
-        assert file["rounds/1"].attrs["position"][0] == half
-        position, velocity = file["nodes/position"][()], file["nodes/velocity"][()]
-        cells, of_round = file["cells/nodes"][()], file["cells/round"][()]
-        mass = file["cells/mass"][()]
-    for index, sign in ((0, -1.0), (1, 1.0)):
-        own = cells[of_round == index]
-        assert (sign * position[own].mean(axis=1)[:, 0] > 0.0).all()
-        momentum = (mass[of_round == index, None] * velocity[own].mean(axis=1)).sum(axis=0)
-        assert sign * momentum[0] > 0.0  # reflected from each other
-        assert abs(momentum[1]) < 1e-9 * abs(momentum[0])

@@ -13,11 +13,10 @@ from flight.fluence import PolarGrid
 from flight.hazard import Criteria
 from flight.hazard.density.sectors import sectors_of, tally
 from flight.hazard.exposed import Prism
-from flight.hazard.retardation import Retardation
-from flight.hazard.site import Site
-from flight.hazard.tp12 import PolarField, beam_distance, effective_number
 from flight.rows import LANDING, Status
-from flight.scene.walls import StoppingWall
+from fragfield.hazard.tp12 import PolarField, Retardation, beam_distance, effective_number
+from fragfield.hazard.walls import StoppingWall
+from fragfield.places.site import Site
 
 CLOUD = flight.Fragments([0.01, 0.02], (0.0, 0.0, 1.0), [(8.0, 0.0, 1.0), (0.0, 9.0, 2.0)])
 THIRD = flight.Fragments(0.01, (0.0, 0.0, 1.0), (8.0, 0.0, 1.0), round=2)

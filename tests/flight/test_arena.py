@@ -70,7 +70,7 @@ def test_two_rounds_with_their_own_axes_give_the_mean_of_one():
 
 
 def test_file_out_and_in_again_gives_the_same_table_and_the_same_distances(table, tmp_path):
-    path = table.write(tmp_path / "arena.csv", {"what": "a test"})
+    path = table.write(tmp_path / "arena.csv")
     assert is_arena_file(path)
     back = ArenaTable.read(path)
     for name in ("zones", "zone", "mass_from", "mass_to", "number", "mass", "speed", "max_speed"):

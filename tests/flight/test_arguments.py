@@ -11,9 +11,9 @@ from flight.fluence import PolarGrid
 from flight.hazard import Criteria
 from flight.hazard.density.directions import Directions
 from flight.hazard.exposed import Prism
-from flight.hazard.site import Site
-from flight.hazard.tp12 import effective_number
-from flight.scene.walls import StoppingWall
+from fragfield.hazard.tp12 import effective_number
+from fragfield.hazard.walls import StoppingWall
+from fragfield.places.site import Site
 
 ONE = flight.Fragments(0.01, (0.0, 0.0, 1.0), (800.0, 0.0, 100.0))
 SQUARE = [(0.0, 0.0), (4.0, 0.0), (4.0, 4.0), (0.0, 4.0)]

@@ -12,7 +12,6 @@ import pytest
 
 from flight import Cylinder, FlightResult, InputError, fly
 from flight.files.hdf5 import read_table
-from flight.files.text_tables import METADATA
 from flight.rows import Status
 from tests.flight.clouds import cloud
 
@@ -42,9 +41,6 @@ def test_provenance_everywhere(written) -> None:
     for name in ("landing.h5", "hits.h5", "trajectories.h5"):
         with h5py.File(folder / name) as file:
             assert {key: file.attrs[key] for key in PROVENANCE} == PROVENANCE
-    for name in ("landing.csv", "witness.csv"):
-        tables = json.loads((folder / METADATA).read_text())["tables"]
-        assert next(one for one in tables if one["url"] == name)["notes"] == [PROVENANCE]
     assert "title = &quot;a &lt;b&gt; &amp; c&quot;" in (folder / "trajectories.xdmf").read_text()
 
 

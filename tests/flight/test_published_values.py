@@ -23,12 +23,12 @@ from flight.hazard.density.expected import _student
 from flight.hazard.density.sectors import tally
 from flight.hazard.exposed import Prism
 from flight.hazard.pool import TOLERANCE
-from flight.hazard.tp12 import effective_number
 from flight.scene.obstacles import count_by_face
 from flight.scene.ricochet import KINDS, RANGE
 from flight.scene.tables import evaluate_pieces, hermite_pieces, monotone_pieces, monotone_slopes
-from flight.scene.walls import FRAGMENT_DENSITY, StoppingWall, concrete_limit
 from fragfield.case.tables.flight import HazardTable
+from fragfield.hazard.tp12 import effective_number
+from fragfield.hazard.walls import FRAGMENT_DENSITY, StoppingWall, concrete_limit
 
 FOOT, POUND_FORCE = 0.3048, 4.4482216
 

@@ -20,7 +20,7 @@ def test_cells_have_ten_digits_and_whole_numbers_all(tmp_path):
         "n": np.array([-(2**63), 2**63 - 1, 0, 7, -7, 10**10, 1]),
         "yes": np.arange(7) % 2 == 0,
     }
-    path = write_columns(tmp_path / "table.csv", columns, {})
+    path = write_columns(tmp_path / "table.csv", columns)
     assert _lines(path) == [
         "0.1,-9223372036854775808,1", "-0,9223372036854775807,0", "nan,0,1", "inf,7,0", "4.940656458e-324,-7,1",
         "3333333333,10000000000,0", "1e+10,1,1",
@@ -30,7 +30,7 @@ def test_cells_have_ten_digits_and_whole_numbers_all(tmp_path):
 def test_numbers_are_read_back_equal_to_ten_digits(tmp_path):
     drawn = np.random.default_rng(18).integers(-(2**63), 2**63 - 1, 20_000).view(np.float64)
     drawn = drawn[np.isfinite(drawn) & (np.abs(drawn) > 1e-300)]
-    path = write_columns(tmp_path / "numbers.csv", {"x": drawn, "n": np.arange(len(drawn))}, {})
+    path = write_columns(tmp_path / "numbers.csv", {"x": drawn, "n": np.arange(len(drawn))})
     found = read_columns(path)
     np.testing.assert_allclose(found["x"], drawn, rtol=5.1e-10, atol=0.0)
     np.testing.assert_array_equal(found["n"], np.arange(len(drawn)))
@@ -49,7 +49,7 @@ def test_every_cell_is_as_c_writes_it(tmp_path):
         "nines": (1e10 - draw.integers(0, 30, rows) / 10.0) * 10.0 ** draw.integers(-20, 10, rows),
         "single": draw.normal(size=rows).astype(np.float32),
     }
-    written = _lines(write_columns(tmp_path / "table.csv", {**columns, "whole": bits}, {}))
+    written = _lines(write_columns(tmp_path / "table.csv", {**columns, "whole": bits}))
     numbers = np.column_stack([np.asarray(column, dtype=np.float64) for column in columns.values()])
     expected = [
         ",".join([*(f"{value:.10g}" for value in row), str(whole)])
@@ -63,7 +63,7 @@ def test_a_million_rows_are_never_in_memory_as_text(tmp_path):
     columns = {name: np.random.default_rng(3).normal(size=1_000_000) for name in ("x", "y", "z")}
     tracemalloc.start()
     try:
-        path = write_columns(tmp_path / "table.csv", columns, {})
+        path = write_columns(tmp_path / "table.csv", columns)
         peak = tracemalloc.get_traced_memory()[1]
     finally:
         tracemalloc.stop()
@@ -74,7 +74,7 @@ def test_a_million_rows_are_never_in_memory_as_text(tmp_path):
 @pytest.mark.parametrize("number", [0, 1, ROWS_AT_ONCE, ROWS_AT_ONCE + 1])
 def test_blocks_join_without_a_seam(tmp_path, number):
     columns = {"name": Labels(["a,b", "ü"], np.arange(number) % 2), "half": 0.5 * np.arange(number)}
-    path = write_columns(tmp_path / "table.csv", columns, {"case": "mine"})
+    path = write_columns(tmp_path / "table.csv", columns)
     names = ['"a,b"', "ü"]
     assert path.read_text().splitlines() == [
         "name,half", *(f"{names[row % 2]},{0.5 * row:.10g}" for row in range(number)),
@@ -84,7 +84,7 @@ def test_blocks_join_without_a_seam(tmp_path, number):
 def test_a_column_of_a_structured_array_and_no_labels(tmp_path):
     table = np.zeros(3, dtype=[("x", "f8", 3), ("n", "i4")])
     table["x"] = np.arange(9.0).reshape(3, 3) / 7.0
-    path = write_columns(tmp_path / "t.csv", {"y": table["x"][:, 1], "n": table["n"]}, {})
+    path = write_columns(tmp_path / "t.csv", {"y": table["x"][:, 1], "n": table["n"]})
     assert _lines(path) == [f"{value:.10g},0" for value in table["x"][:, 1]]
-    empty = write_columns(tmp_path / "e.csv", {"name": Labels([], np.zeros(0, dtype=np.int32))}, {})
+    empty = write_columns(tmp_path / "e.csv", {"name": Labels([], np.zeros(0, dtype=np.int32))})
     assert empty.read_text() == "name\n"

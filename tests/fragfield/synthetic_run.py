@@ -20,6 +20,7 @@ from flight.hazard.ensemble import EnsembleHazard
 from flight.rows import LANDING, Status
 from fragfield.files.stamped import stamped_toml
 from fragfield.hazard.recommended import hazard_of, recommended_of
+from fragfield.interface.results import Run
 from fragfield.results.part import to_json
 from fragfield.results.summary import Summary
 from tests.flight.fields import ensemble_of_landings
@@ -94,6 +95,13 @@ shear_strength = "224000000.0 Pa"
 tensile_strength = "448000000.0 Pa"
 
 """
+
+
+def run_of(**known: Any) -> Run:
+    """A run of no directory, of which these attributes alone are known."""
+    run = Run(Path())
+    vars(run).update(known)
+    return run
 
 
 def write_run(

@@ -16,8 +16,8 @@ from hypothesis import strategies as st
 from flight import Fragments
 from flight.drag import Drag
 from flight.errors import InputError as FlightInputError
-from flight.files.height_map import read_grid
 from flight.files.text_tables import read_columns, write_columns
+from fragfield.places.maps import read_map
 from tests.attack import disk, exits, files, signals
 from tests.attack.__main__ import generated_cases
 
@@ -61,7 +61,7 @@ def test_commands_in_which_a_call_fails_end_in_good_order(left_alone, tmp_path):
     assert exits.attack(left_alone.whole, tmp_path, 18, 12) == []
 
 
-ASCII_GRID = "ncols 3\nnrows 3\nxllcorner 0\nyllcorner 0\ncellsize 10\n1 2 3\n4 5 6\n7 8 9\n"
+ASCII_GRID = "ncols 3\nnrows 3\nxllcorner -15\nyllcorner -15\ncellsize 10\n1 2 3\n4 5 6\n7 8 9\n"
 DRAG = "# a source\nmach,cd\n0,1.0\n1,1.4\n3,1.1\n"
 OWN = "mass_kg,vx_m_s,vy_m_s,vz_m_s\n0.01,900,0,100\n0.02,800,10,100\n"
 WORDS = st.sampled_from(
@@ -104,7 +104,7 @@ def _read_or_refused(read, path):
 def test_a_height_map_is_finite_or_refused(tmp_path_factory, text):
     path = tmp_path_factory.mktemp("map") / "heights.asc"
     path.write_text(text, encoding="utf-8")
-    grid = _read_or_refused(read_grid, path)
+    grid = _read_or_refused(lambda one: read_map(one, datum=0.0), path)
     if grid is not None:
         assert grid.heights.shape[0] >= 2
         assert min(grid.step) > 0.0
@@ -172,7 +172,7 @@ def test_texts_in_csv_files_are_quoted_and_never_formulas(tmp_path):
 
     names = ["plain", "a,b", "two\nlines", 'a "quoted" one', "=1+1", "@SUM(A1)", "-wall", "+x", "é"]
     random.Random(1).shuffle(names)
-    write_columns(tmp_path / "hits.csv", {"name": np.array(names), "x": np.arange(len(names))}, {"case": "a\n,=b"})
+    write_columns(tmp_path / "hits.csv", {"name": np.array(names), "x": np.arange(len(names))})
     with (tmp_path / "hits.csv").open(newline="") as file:
         rows = list(csv.reader(line for line in file if not line.startswith("#")))
     assert rows[0] == ["name", "x"]

@@ -22,7 +22,7 @@ from fragfield.pipeline.convergence import COMMON, convergence_of
 from fragfield.pipeline.grid_convergence import grid_convergence
 from fragfield.pipeline.job import Job, RunOptions
 from fragfield.pipeline.parallel import Team
-from fragfield.report.findings.hazard import convergence_findings
+from fragfield.report.findings import convergence_findings
 from fragfield.results.burst import Burst
 from fragfield.results.hazard import Hazard
 from fragfield.results.part import to_json

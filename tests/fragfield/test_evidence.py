@@ -2,30 +2,27 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import pytest
 
 from fragfield.case import load_case
 from fragfield.case.problem import burst_geometry
-from fragfield.report.findings import evidence
-from fragfield.report.reading.run_files import RunFiles
+from fragfield.report import evidence
 from fragfield.results.summary import Summary
 from tests.fragfield.example_results import example
 from tests.fragfield.plain_reports import plain_report
-from tests.fragfield.synthetic_run import write_run
+from tests.fragfield.synthetic_run import run_of, write_run
 from validation.record import EVIDENCE, read_record, write_evidence
 from validation.runs import ROOT
 
 
-def run_of(version="0.1.0", revision="", **others):
-    return RunFiles(Path(), provenance={"program_version": version, "revision": revision}, **others)
+def checked_by(version="0.1.0", revision="", **others):
+    return run_of(provenance={"program_version": version, "revision": revision}, **others)
 
 
 def ready(name):
     """A run of one of the cases that come with the program, as far as the evidence looks at it."""
     case = load_case(ROOT / "cases" / f"{name}.toml")
-    return run_of(case=case, geometry=burst_geometry(case).geometry)
+    return run_of(values=case, summary=example(Summary, burst={"geometry": burst_geometry(case).geometry}))
 
 
 @pytest.mark.parametrize(
@@ -42,9 +39,9 @@ def ready(name):
 def test_checks_are_those_of_the_run_only_from_the_same_clean_source(
     monkeypatch, version, revision, recorded, weight, words
 ):
-    known = {"checks": [1, 3], "versions": ["0.1.0"], "revisions": recorded, "comparisons": []}
+    known = evidence.Evidence((1, 3), ["0.1.0"], recorded, [])
     monkeypatch.setattr(evidence, "evidence", lambda: known)
-    found, text = evidence.validation_words(run_of(version, revision))
+    found, text = evidence.validation_words(checked_by(version, revision))
     assert found == weight
     assert text.startswith("Validation: 1 of 3 checks passed")
     assert words in text
@@ -52,7 +49,7 @@ def test_checks_are_those_of_the_run_only_from_the_same_clean_source(
 
 def test_a_single_tube_is_not_held_against_stacks_and_a_stack_is():
     tube, pair, mirrored, single = (
-        {row["case"] for row in evidence.bearing(ready(name))}
+        {row.case for row in evidence.bearing(ready(name))}
         for name in ("tube", "m107_pair", "m107_pair_mirrored", "m107_tnt")
     )
     assert "steel_tubes" in tube
@@ -63,16 +60,16 @@ def test_a_single_tube_is_not_held_against_stacks_and_a_stack_is():
 
 def test_given_fragments_are_held_against_the_flight_alone():
     arena = run_of(summary=example(Summary, flight={"fragments_file": "fragments.h5"}))
-    assert {row["case"] for row in evidence.bearing(arena)} == {"m107_1944"}
+    assert {row.case for row in evidence.bearing(arena)} == {"m107_1944"}
 
 
 def test_a_comparison_is_shown_with_its_difference_and_source(tmp_path):
     page = plain_report(write_run(tmp_path / "run", rounds=1))
-    row = next(row for row in evidence.evidence()["comparisons"] if row["case"] == "m107_1944")
+    row = next(row for row in evidence.evidence().comparisons if row.case == "m107_1944")
     (line,) = (line for line in page.tables["Comparisons that bear on this case"]
-               if line[0] == f"m107_1944: {row['quantity']}")  # fmt: skip
-    assert line[3] == f"{100 * row['error']:+.1f} %"
-    assert row["source"] in page.sections["validation"]
+               if line[0] == f"m107_1944: {row.quantity}")  # fmt: skip
+    assert line[3] == f"{100 * row.error:+.1f} %"
+    assert row.source in page.sections["validation"]
     assert "checks passed" in page.sections["validation"]
 
 

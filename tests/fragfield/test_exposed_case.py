@@ -17,7 +17,7 @@ from fragfield.case import load_case
 from fragfield.case.conversion.exposed_sites import exposed_sites_of
 from fragfield.case.conversion.surroundings import direction_words, site_of
 from fragfield.case.load import case_from_document
-from fragfield.checking.arrangement import describe_exposed
+from fragfield.checking.check import describe_exposed
 from fragfield.hazard.exposed import ExposedCounts, ExposedSums, share_bound
 from fragfield.hazard.places import Places, PlaceSums, sum_bound
 from fragfield.hazard.verdict import no_margin, verdict_of

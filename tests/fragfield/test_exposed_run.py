@@ -12,11 +12,11 @@ from xml.etree import ElementTree as ET
 import numpy as np
 import pytest
 
-from flight.hazard.contours import write_geojson, write_kml
 from fragfield.case import load_case
 from fragfield.case.conversion.surroundings import ground_of, site_of
 from fragfield.hazard import site_map
 from fragfield.hazard.contents import image_names
+from fragfield.hazard.contours import write_geojson, write_kml
 from fragfield.hazard.site_map import VERDICTS, Shape, terrain_lines, to_contours
 from fragfield.report.assemble import css_text
 from tests.flight.clouds import cloud
@@ -249,7 +249,6 @@ def test_places_lines_and_points_reach_geojson_and_kml(site, tmp_path):
         Shape("exposed", "yard", np.array([[10.0, 0.0], [20.0, 0.0], [20.0, 10.0]]), properties={"verdict": "met"}),
         Shape("terrain", "4 m", np.array([[0.0, 0.0], [50.0, 20.0], [90.0, 10.0]]), closed=False),
         Shape("round", "shell", np.array([[0.1, 0.0]])),
-        Shape("hazard", "left to the flight", np.array([[0.0, 1.0], [1.0, 0.0], [1.0, 1.0]])),
     ]
     contours = to_contours(shapes, on_earth, site.flight.origin)
     write_geojson(contours, on_earth, tmp_path / "c.geojson")

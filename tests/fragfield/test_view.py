@@ -12,7 +12,8 @@ import numpy as np
 import pytest
 
 from fragfield.errors import InputError
-from fragfield.report import assemble, read_run, write_report
+from fragfield.interface.results import Run
+from fragfield.report import assemble, write_report
 from fragfield.view import burst_sections, picture_fault, view_run
 from fragfield_base.hdf5_files import creating
 from tests.fragfield.short_run import ROOT
@@ -85,11 +86,11 @@ def ends(outline) -> set[int]:
 
 def test_the_section_is_that_of_the_snapshot_halfway_and_at_the_end(run):
     """The plane spans the rounds; the outline is closed: two edges meet at every point."""
-    files = read_run(run)
+    files = Run(run)
     (half, before, _), (end, section, outline) = burst_sections(files)
     assert half == pytest.approx(0.5 * END_TIME, rel=0.4)
     assert end == END_TIME
-    position, velocity = files.nodes["position"], files.nodes["velocity"]
+    position, velocity = files.snapshot.nodes["position"], files.snapshot.nodes["velocity"]
     low, high = position.min(axis=0), position.max(axis=0)
     assert section.bounds[:2] == pytest.approx((low[0], high[0]), rel=1e-3)
     assert section.bounds[4:] == pytest.approx((low[2], high[2]), rel=1e-3)
@@ -102,7 +103,7 @@ def test_the_section_is_that_of_the_snapshot_halfway_and_at_the_end(run):
 def test_a_run_without_its_series_shows_its_end(tmp_path):
     folder = write_run(tmp_path / "run", stages=1)
     (folder / "burst.xdmf").unlink()
-    assert [time for time, *_ in burst_sections(read_run(folder))] == [END_TIME]
+    assert [time for time, *_ in burst_sections(Run(folder))] == [END_TIME]
 
 
 def test_rounds_behind_planes_of_symmetry_are_shown_and_the_front_row_is_cut(tmp_path, run):
@@ -112,8 +113,8 @@ def test_rounds_behind_planes_of_symmetry_are_shown_and_the_front_row_is_cut(tmp
         for number, (name, normal) in enumerate((("x", (1.0, 0.0, 0.0)), ("y", (0.0, -3.0, 0.0)))):
             group = file.create_group(f"planes/{number}")
             group.attrs.update({"name": name, "point": -0.25 * np.sign(normal), "normal": normal})
-    alone = burst_sections(read_run(run))[-1][1]
-    for _, section, outline in burst_sections(read_run(folder)):
+    alone = burst_sections(Run(run))[-1][1]
+    for _, section, outline in burst_sections(Run(folder)):
         assert section.bounds[0] == pytest.approx(-0.5 - section.bounds[1], rel=1e-6)
         assert np.ptp(section.points[:, 1]) < 1e-6  # through the front row at all times, not between the rows
         assert abs(float(section.points[0, 1])) < 1e-3
@@ -123,9 +124,9 @@ def test_rounds_behind_planes_of_symmetry_are_shown_and_the_front_row_is_cut(tmp
 
 
 def test_an_axisymmetric_burst_is_shown_on_both_sides_of_its_axis(tmp_path, run):
-    files = read_run(write_run(tmp_path / "run", axisymmetric=True))
-    assert files.is_axisymmetric
-    solid = burst_sections(read_run(run))[-1][1]
+    files = Run(write_run(tmp_path / "run", axisymmetric=True))
+    assert files.snapshot.is_axisymmetric
+    solid = burst_sections(Run(run))[-1][1]
     sections = burst_sections(files)
     assert len(sections) == 2
     for _, section, outline in sections:
@@ -143,7 +144,7 @@ def test_a_damaged_series_is_refused_before_vtk_sees_it(tmp_path, name):
     data[len(data) // 2] ^= 1
     (folder / name).write_bytes(data)
     with pytest.raises(InputError, match=rf"{name}: damaged.*run `fragfield burst` again"):
-        burst_sections(read_run(folder))
+        burst_sections(Run(folder))
 
 
 def test_a_series_that_takes_data_from_elsewhere_is_refused(tmp_path):
@@ -151,7 +152,7 @@ def test_a_series_that_takes_data_from_elsewhere_is_refused(tmp_path):
     text = (folder / "burst.xdmf").read_text().rpartition("<!-- checksum")[0]
     (folder / "burst.xdmf").write_text(text.replace("burst/0000.h5:", "/etc/secret.h5:", 1))
     with pytest.raises(InputError, match=r"takes data from '/etc/secret.h5:/.*'; allowed: burst.h5:/, burst/0000.h5:/"):
-        burst_sections(read_run(folder))
+        burst_sections(Run(folder))
 
 
 def test_another_file_in_place_of_the_series_is_refused_before_vtk_sees_it(tmp_path):
@@ -160,4 +161,4 @@ def test_another_file_in_place_of_the_series_is_refused_before_vtk_sees_it(tmp_p
     with creating(folder / "burst" / "0000.h5", InputError) as file:
         file["cells"] = np.zeros((2, 8), dtype=np.int64)
     with pytest.raises(InputError, match=r"0000.h5: damaged, or of another run: /.* has the shape"):
-        burst_sections(read_run(folder))
+        burst_sections(Run(folder))

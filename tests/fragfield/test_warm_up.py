@@ -44,15 +44,17 @@ def test_a_meridian_and_a_pair_in_three_dimensions_are_computed_and_leave_nothin
     made = []
 
     def call(task):
-        made.append((burst_geometry(task.case).geometry, task.directory))
+        made.append((burst_geometry(task.case).geometry, task.only, task.directory))
         return Outcome(3, "cell 7 is lost")
 
     in_threads(monkeypatch, call)
+    monkeypatch.setattr(kernels, "_missing", list)
     done = invoke("warm-up", "--json")
     assert done.exit_code == 3
     assert json.loads(done.stdout)["failures"] == ["cell 7 is lost"] * 2
-    assert sorted(geometry for geometry, _ in made) == ["3d", "axisymmetric"]
-    assert not any(out.parent.parent.exists() for _, out in made)
+    assert {geometry for geometry, _, _ in made} == {"3d", "axisymmetric"}
+    assert sorted(str(only) for _, only, _ in made) == ["None", "None", "burst", "burst"]
+    assert not any(out.parent.parent.exists() for _, _, out in made if out)
     assert "a run failed: cell 7 is lost" in invoke("warm-up").stdout
 
 

@@ -16,7 +16,14 @@ from burst_fenicsx.kernels.cells import eight_points, one_point
 from burst_fenicsx.kernels.cells import layout as at
 from burst_fenicsx.kernels.cells import solid as metal
 from burst_fenicsx.kernels.cells.erosion import drop_forces, freeze_cells
-from burst_fenicsx.kernels.lanes import LANES, block_kernel, inlined_kernel, lane_function, widest_vectors
+from burst_fenicsx.kernels.lanes import (
+    LANES,
+    addressed_kernel,
+    block_kernel,
+    inlined_kernel,
+    lane_function,
+    widest_vectors,
+)
 from burst_fenicsx.kernels.vectors.exact import quantise, row_sum
 from burst_fenicsx.kernels.vectors.gather import add_nodal_forces, gather_nodes, load_slots, store_slots
 from burst_fenicsx.problem import Part
@@ -34,7 +41,7 @@ _GAS_LINEAR, _GAS_QUADRATIC, _GAS_DAMPING = (
 )
 
 
-@block_kernel
+@addressed_kernel
 def advance_solids(
     element: tuple[int, ...], first: int, last: int, step: float, cells: Cells, scratch: np.ndarray
 ) -> None:
@@ -100,7 +107,7 @@ def advance_solids(
         _add_work(block, own_step, fraction, grid, scratch, energy)
 
 
-@block_kernel
+@addressed_kernel
 def advance_charges(
     element: tuple[int, ...],
     first: int,

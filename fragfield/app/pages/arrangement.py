@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from nicegui import run, ui
 
 from fragfield.app.forms import entries_form, form
-from fragfield.app.page import box, facts, fold, heading, html, note
+from fragfield.app.page import PAGES, box, facts, fold, heading, html, note
 from fragfield.app.pages.run import checked, kilograms
 from fragfield.numbers import number
 from fragfield.report.figures.arrangement import plan_svg
@@ -36,9 +36,10 @@ def content(page: CasePage) -> None:
             for index, entry in enumerate(page.case.get(("round",), [])):
                 name = entry.get("name", index + 1) if isinstance(entry, dict) else index + 1
                 heading(f"{texts('arrangement.attitude')}: {name}", 3)
-                form(page, ("round", index), only=("attitude", "azimuth", "base", "position", "axis"))
+                own = [key.removeprefix("round.") for key in PAGES["arrangement"] if key.startswith("round.")]
+                form(page, ("round", index), only=[key for key in own if not key.startswith("i")])
                 with fold(texts("arrangement.initiation"), opened=page.focus.startswith(f"round[{index + 1}].i")):
-                    form(page, ("round", index), only=("ignition", "initiation"))
+                    form(page, ("round", index), only=[key for key in own if key.startswith("i")])
             heading(texts("arrangement.planes"))
             entries_form(page, ("plane",))
         with box(tag="section"):
@@ -58,7 +59,6 @@ def content(page: CasePage) -> None:
 
 
 def _stack(page: CasePage) -> None:
-    """Single, or an arrangement of copies."""
     now = page.case.get(("stack", "arrangement"), "single")
 
     def choose(kind: str) -> None:
@@ -74,7 +74,6 @@ def _stack(page: CasePage) -> None:
 
 
 def _facts(page: CasePage, found: CheckedBurst | str | None) -> str:
-    """Clear gap, net explosive quantity, what is computed and what is image, and each round's place and time."""
     texts = page.texts
     if found is None or isinstance(found, str):
         return f'<p class="fault">{escape(found or texts("arrangement.cannot"))}</p>'

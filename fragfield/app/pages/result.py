@@ -1,14 +1,12 @@
-"""Page 6, the result of a run: the decision, the map, the figures, and every table by the catalogue of quantities."""
+"""Page 6, the result of a run: the decision, the map, the figures, the numbers by the catalogue, and the files."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from html import escape
 from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
 
-import numpy as np
 from nicegui import run as threads
 from nicegui import ui
 
@@ -20,127 +18,35 @@ from fragfield.files.run_directory import RunDirectory
 from fragfield.hazard.verdict import criterion_words
 from fragfield.numbers import SPACE, number
 from fragfield.quantities import QUANTITIES
-from fragfield.report.figures.drawing import round_length
-from fragfield.results.words import metres, parts_words, whole_metres
+from fragfield.report.figures.hazard import density_svg
+from fragfield.results.words import headline, metres, rounded_metres
 
 if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
-    from numpy.typing import NDArray
-
-    from flight.hazard.density.distance import ExpectedDistance
     from flight.hazard.ensemble import EnsembleHazard
     from fragfield.app.fields import Texts
     from fragfield.app.page import CasePage
     from fragfield.results.summary import Summary
 
 
-_WIDTH, _HEIGHT, _LEFT, _FOOT = 560.0, 340.0, 56.0, 64.0
-_DECADES = (-3, 3)  # of the density over the acceptable one
-_BESIDE = 1.6  # of the distance, up to which the curves are shown
+def direction_facts(hazard: EnsembleHazard, azimuth: float, texts: Texts) -> list[tuple[str, str]]:
+    """Distance, bound, throw and numbers of fragments of a run in a direction (degrees)."""
+    expected, counts, sectors = hazard.expected, hazard.by_sector, len(hazard.azimuth)
+    at = round(azimuth / 360.0 * len(expected.azimuth)) % len(expected.azimuth)
+    sector, width, known = round(azimuth / 360.0 * sectors) % sectors, 360.0 / sectors, not hazard.undetermined
+    rows = {
+        "shown_direction": f"{expected.azimuth[at]:g}°" if expected.density_by_direction.size else "",
+        "expected": metres(expected.by_direction[at]) if known else "",
+        "upper": metres(expected.upper_by_direction[at]) if known and expected.upper is not None else "",
+        "throw": f"{metres(counts['max_throw'].median[sector])} ({width:g}°)",
+        "fragments": f"{number(counts['fragments'].pooled[sector], 3)} ({width:g}°)",
+        "hazardous": f"{number(counts['hazardous'].pooled[sector], 3)} ({width:g}°)",
+    }
+    return [(texts(f"direction.{name}"), words) for name, words in rows.items() if words]
 
 
-@dataclass(frozen=True)
-class Directions:
-    """The hazard of a run by direction."""
-
-    hazard: EnsembleHazard
-
-    @classmethod
-    def of(cls, folder: Path) -> Directions | None:
-        """That of a run; None where it was not flown, or has no fragment that counts. Raises InputError if damaged."""
-        from flight.files.ensemble import read_ensemble
-
-        file = folder / "ensemble.h5"
-        found = read_ensemble(file)[0] if file.is_file() else None
-        return cls(found) if found is not None and found.expected.density.any() else None
-
-    @property
-    def expected(self) -> ExpectedDistance:
-        """The expected distance, its directions and densities."""
-        return self.hazard.expected
-
-    @property
-    def differ(self) -> bool:
-        """Whether the run has a density for every direction; else one holds for all."""
-        return self.expected.density_by_direction.size > 0
-
-    @property
-    def deciding(self) -> float:
-        """Azimuth of the direction that decides (degrees)."""
-        return self.expected.direction or 0.0
-
-    def _index(self, azimuth: float) -> int:
-        known = self.expected.azimuth
-        return round(azimuth / 360.0 * len(known)) % len(known)
-
-    def densities(self, azimuth: float) -> NDArray[np.float64]:
-        """Expected densities on the ground and normal to the paths (2, j) over the acceptable one."""
-        expected = self.expected
-        there = expected.density_by_direction[:, self._index(azimuth)] if self.differ else expected.density
-        return np.asarray(there, dtype=np.float64) / self.hazard.criteria.density
-
-    def facts(self, azimuth: float, texts: Texts) -> list[tuple[str, str]]:
-        """Distance, bound, throw and numbers of fragments in a direction."""
-        expected, at = self.expected, self._index(azimuth)
-        sector = round(azimuth / 360.0 * len(self.hazard.azimuth)) % len(self.hazard.azimuth)
-        known, counts = not self.hazard.undetermined, self.hazard.by_sector
-        width = 360.0 / len(self.hazard.azimuth)
-        rows = {
-            "shown_direction": f"{expected.azimuth[at]:g}°" if self.differ else "",
-            "expected": metres(expected.by_direction[at]) if known else "",
-            "upper": metres(expected.upper_by_direction[at]) if known and expected.upper is not None else "",
-            "throw": f"{metres(counts['max_throw'].median[sector])} ({width:g}°)",
-            "fragments": f"{number(counts['fragments'].pooled[sector], 3)} ({width:g}°)",
-            "hazardous": f"{number(counts['hazardous'].pooled[sector], 3)} ({width:g}°)",
-        }
-        return [(texts(f"direction.{name}"), words) for name, words in rows.items() if words]
-
-    def svg(self, azimuth: float, texts: Texts) -> str:
-        """Both densities over distance on a logarithmic axis, with the criterion and the distance in this direction."""
-        expected, (low, high) = self.expected, _DECADES
-        reach = float(expected.by_direction[self._index(azimuth)])
-        last = float(expected.radius[expected.density.any(axis=0)].max())
-        end = min(last, _BESIDE * max(reach, expected.distance)) if expected.distance > 0.0 else last
-
-        def x(distance: float) -> float:
-            return _LEFT + (_WIDTH - _LEFT - 12.0) * distance / end
-
-        def y(decade: float) -> float:
-            return 12.0 + (_HEIGHT - 12.0 - _FOOT) * (high - decade) / (high - low)
-
-        parts = []
-        for decade in range(low, high + 1):
-            parts.append(f'<path class="extension" d="M{_LEFT} {y(decade):.1f}H{_WIDTH - 12}"/>')
-            parts.append(f'<text class="small end" x="{_LEFT - 5}" y="{y(decade) + 4:.1f}">{10.0**decade:g}</text>')
-        step = round_length(end / 3.0)
-        parts += [f'<text class="small" x="{x(tick):.1f}" y="{y(low) + 15:.1f}">{tick:g}</text>'
-                  for tick in np.arange(0.0, end, step)]  # fmt: skip
-        shown = (expected.radius <= end) & (expected.radius > 0.0)
-        for kind, curve in zip(("ground-curve", "normal-curve"), self.densities(azimuth), strict=True):
-            height = np.log10(np.clip(curve[shown], 10.0**low, 10.0**high))
-            points = " ".join(f"{x(r):.1f},{y(h):.1f}" for r, h in zip(expected.radius[shown], height, strict=True))
-            parts.append(f'<polyline class="{kind}" points="{points}"/>')
-        parts.append(f'<path class="criterion" d="M{_LEFT} {y(0):.1f}H{_WIDTH - 12}"/>')
-        if reach > 0.0 and not self.hazard.undetermined:
-            parts.append(f'<path class="axis" d="M{x(reach):.1f} 12V{y(low):.1f}"/>')
-            parts.append(f'<text class="small start halo" x="{x(reach) + 4:.1f}" y="22">{escape(metres(reach))}</text>')
-        area = f"{1.0 / self.hazard.criteria.density:.1f} m²"
-        words = texts("direction.curve", area=area)
-        legend = "".join(
-            f'<path class="{kind}" d="M{at} {_HEIGHT - 12}h24"/>'
-            f'<text class="small start" x="{at + 29}" y="{_HEIGHT - 8}">{escape(texts(f"direction.{name}"))}</text>'
-            for at, kind, name in (
-                (20, "ground-curve", "ground"), (190, "normal-curve", "normal"), (370, "criterion", "criterion"),
-            )
-        )  # fmt: skip
-        title = f'<text class="small" x="{0.5 * _WIDTH}" y="{y(low) + 31:.1f}">{escape(words)}</text>'
-        box = f'viewBox="0 0 {_WIDTH:g} {_HEIGHT:g}" role="img" aria-label="{escape(words)}"'
-        return f"<svg {box}>{''.join(parts)}{title}{legend}</svg>"
-
-
-_MOST_ROWS = 500
 _MOST_CHANGES = 6
 _SIDES = ("in the run", "now")
 
@@ -169,7 +75,7 @@ def content(page: CasePage, run: str = "") -> None:
         return
     if page.document is not None:
         _mark_changes(page, RunDirectory(found.path))
-    parts = (part.decision, part.map, part.direction, part.figures, part.numbers, part.tables, part.files)
+    parts = (part.decision, part.map, part.direction, part.figures, part.numbers, part.files)
     with ui.tabs().props("no-caps align=left inline-label outside-arrows mobile-arrows") as tabs:
         for build in parts:
             ui.tab(build.__name__, texts(f"result.{build.__name__}"))
@@ -204,7 +110,6 @@ def _mark_changes(page: CasePage, run: RunDirectory) -> None:
 
 
 def _when_seen(tabs: ui.tabs, build: Callable[[], None]) -> None:
-    """Build a part when it is first looked at."""
     place = box().style("width:100%")
 
     def show() -> None:
@@ -217,8 +122,6 @@ def _when_seen(tabs: ui.tabs, build: Callable[[], None]) -> None:
 
 
 class _Parts:
-    """What the page shows of a run, a method for each part."""
-
     def __init__(self, page: CasePage, name: str, found: Any) -> None:  # noqa: ANN401 - a run
         self.page, self.texts, self.name, self.run = page, page.texts, name, found
         self.path: Path = found.path
@@ -236,7 +139,7 @@ class _Parts:
 
     def decision(self) -> None:
         """The recommended distance, the verdicts, what it is not to fall below; then the report itself."""
-        texts, hazard = self.texts, self.summary.hazard
+        texts = self.texts
         with box("columns"):
             with box(tag="section"):
                 if to_apply := self.summary.distance_to_apply:
@@ -244,13 +147,10 @@ class _Parts:
                     note(to_apply.distances.replace(" m ", f"{SPACE}m "), "number").props("data-box=to_apply")
                     for words in to_apply.words:
                         note(words)
-                heading(texts("result.recommended"))
-                if hazard is not None and hazard.determined:
-                    note(f"{whole_metres(hazard.recommended)} m", "number").props("data-box=recommended")
-                    note(parts_words(hazard), "meaning")
-                else:
-                    note(texts("result.undetermined"), "number")
-                    note((hazard and hazard.reason) or texts("result.not_computed"), "fault")
+                shown = headline(self.summary.hazard)
+                heading(shown.label)
+                note(f"{shown.value} {shown.unit}".rstrip(), "number").props("data-box=recommended")
+                note(shown.note, "meaning" if shown.unit else "fault")
             with box(tag="section"):
                 heading(texts("result.verdicts"))
                 self._verdicts()
@@ -275,7 +175,7 @@ class _Parts:
             verdict = entry.verdict
             words = escape(texts("verdict." + verdict.replace(" ", "_")))
             mark = Raw(f'<span class="verdict {verdict.replace(" ", "-")}">{words}</span>')
-            rows.append((entry.name, mark, criterion_words(entry), metres(entry.distance)))
+            rows.append((entry.name, mark, criterion_words(entry), f"{rounded_metres(entry.distance)} m"))
         if not rows:
             note(texts("result.no_places"), "meaning")
             return
@@ -297,30 +197,27 @@ class _Parts:
         """The density along a direction: that which decides, or another."""
         texts = self.texts
         try:
-            known = Directions.of(self.path)
+            hazard = self.run.ensemble
         except (fragfield.InputError, OSError) as error:
             note(str(error), "fault")
             return
-        if known is None:
+        if hazard is None or not hazard.expected.density.any():
             note(texts("result.not_computed"), "meaning")
             return
+        decides = hazard.expected.direction or 0.0
 
         def show(azimuth: object) -> None:
             if isinstance(azimuth, (int, float)) and math.isfinite(azimuth):
-                for one in chosen:  # each follows the other
-                    one.set_value(azimuth)
-                picture.set_content(known.svg(azimuth, texts))
-                values.set_content(facts(known.facts(azimuth, texts)))
+                picture.set_content(density_svg(self.run, None if azimuth == decides else azimuth))
+                values.set_content(facts(direction_facts(hazard, azimuth, texts)))
 
-        chosen: list[Any] = []
-        if known.differ:
-            label, limits = texts("result.azimuth"), {"min": 0, "max": 360, "value": known.deciding}
+        if hazard.expected.density_by_direction.size:
             with box("choices"):
-                chosen += [ui.number(label, **limits).props("data-key=azimuth").style("min-width:22rem"),
-                           ui.slider(**limits).props(f'aria-label="{label}"').style("max-width:18rem")]  # fmt: skip
-                act(texts("result.deciding"), "deciding", lambda: show(known.deciding))
-            for one in chosen:
-                one.on_value_change(lambda event: show(event.value))
+                azimuth = ui.number(
+                    texts("result.azimuth"), min=0, max=360, value=decides, on_change=lambda event: show(event.value)
+                )
+                azimuth.props("data-key=azimuth debounce=300").style("min-width:22rem")
+                act(texts("result.deciding"), "deciding", lambda: azimuth.set_value(decides))
         else:
             note(texts("result.alike"), "meaning")
         with box("columns"):
@@ -328,7 +225,7 @@ class _Parts:
                 picture = html(kind="picture")
             with box(tag="section"):
                 values = html()
-        show(known.deciding)
+        show(decides)
 
     def figures(self) -> None:
         """The figures of the report."""
@@ -353,35 +250,6 @@ class _Parts:
                 rows += [(one.stage, row.name, row.value, row.note) for row in one.rows(self.summary)]
         shown_facts(rows, ["", "", "", ""])
 
-    def tables(self) -> None:
-        """Every table, and all of them as a workbook."""
-        page, texts, found = self.page, self.texts, self.run
-        names = {name: f"{name}: {what}" for name, what in found.tables.items()}
-        if not names:
-            note(texts("result.not_computed"), "meaning")
-            return
-
-        async def show(name: str) -> None:
-            table = await page.ask(place, found.table, name)
-            if table is None:
-                return
-            columns = [(column, table[column]) for column in table.columns if table[column].ndim == 1]
-            rows = [tuple(cell_words(values[row]) for _, values in columns)
-                    for row in range(min(len(table), _MOST_ROWS))]  # fmt: skip
-            with place:
-                note(texts("result.rows", shown=len(rows), number=len(table)))
-                shown_facts(rows, [column for column, _ in columns])
-
-        async def workbook() -> None:
-            name = f"{found.path.name}_tables.xlsx"
-            if await page.ask(place, found.write_tables, file := page.session.space.state(name)) is not None:
-                ui.download.content(file.read_bytes(), name)
-                file.unlink()
-
-        choose(texts("result.table"), names, None, show)
-        act(texts("result.workbook"), "workbook", workbook)
-        place = box()
-
     def files(self) -> None:
         """Every file of the run."""
         with box("list", "ul"):
@@ -390,11 +258,3 @@ class _Parts:
                     ui.link(file.name, f"{self._address(file.name)}?save=1")
                     note(f"{file.stat().st_size / 1e3:,.0f} kB")
         note(self.texts("result.folder", path=str(self.path)))
-
-
-def cell_words(value: Any) -> str:  # noqa: ANN401 - of a NumPy array
-    """A value of a table as the pages show it."""
-    plain = value.item() if hasattr(value, "item") else value
-    if isinstance(plain, float):
-        return "–" if math.isnan(plain) else number(plain, 5)
-    return plain.decode("utf-8", "replace") if isinstance(plain, bytes) else str(plain)

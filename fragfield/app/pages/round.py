@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from fragfield.app.document import CaseDocument
     from fragfield.app.fields import Texts
     from fragfield.app.page import CasePage
+    from fragfield.report.figures.rounds import RoundFacts
 
 
 _DRAWINGS = (".dxf", ".csv", ".xlsx", ".ods")
@@ -92,8 +93,6 @@ def _located(name: object, folder: Path) -> str:
 
 
 class _RoundEditor:
-    """The editor of one round; `again` builds it once more, of another profile."""
-
     def __init__(self, page: CasePage, index: int, again: Callable[[], object]) -> None:
         self.again = again
         self.page, self.texts, self.index, self.path = page, page.texts, index, ("round", index)
@@ -210,7 +209,6 @@ class _RoundEditor:
         self._tables.refresh()
 
     def _keep(self) -> None:
-        """Put the table into the case, and draw it."""
         before = self.page.case.get(self.place)
         self.page.change(self.place, to_case(self.table, before if isinstance(before, dict) else {}))
         self.draw()
@@ -274,7 +272,7 @@ class _RoundEditor:
             return
         self.picture.classes(remove="stale")
         numbers = round_facts(item)
-        pictures = (round_svg(item, numbers["centre"], narrow=narrow) for narrow in (False, True))
+        pictures = (round_svg(item, numbers.centre, narrow=narrow) for narrow in (False, True))
         self.picture.set_content("".join(pictures))
         self.facts.set_content(_facts_table(self.texts, numbers, self._expected()))
         used = (item.explosive, item.casing)
@@ -293,16 +291,19 @@ class _RoundEditor:
         return found
 
 
-def _facts_table(texts: Texts, found: dict[str, float], expected: dict[str, float]) -> str:
-    rows = [(texts(f"fact.{key}"), f"{number(found[key], 4)} kg", _difference(texts, found[key], expected.get(key)))
-            for key in ("casing", "charge", "fuze", "whole")]  # fmt: skip
-    rows += [
-        (texts("fact.ratio"), number(found["ratio"], 4), ""),
-        (texts("fact.fuze_density"), f"{number(found['fuze_density'], 4)} kg/m³" if found["fuze_density"] else "–", ""),
-        (texts("fact.centre"), f"{number(1e3 * found['centre'], 4)} mm", texts("fact.from_nose")),
-        (texts("fact.size"), f"{number(1e3 * found['length'], 4)} × ⌀ {number(1e3 * found['diameter'], 4)} mm", ""),
+def _facts_table(texts: Texts, found: RoundFacts, expected: dict[str, float]) -> str:
+    masses = {"casing": found.casing, "charge": found.charge, "fuze": found.fuze, "whole": found.whole}
+    rows = [
+        (texts(f"fact.{key}"), f"{number(mass, 4)} kg", _difference(texts, mass, expected.get(key)))
+        for key, mass in masses.items()
     ]
-    return facts(rows)
+    others = {
+        "ratio": (number(found.ratio, 4), ""),
+        "fuze_density": (f"{number(found.fuze_density, 4)} kg/m³" if found.fuze_density else "–", ""),
+        "centre": (f"{number(1e3 * found.centre, 4)} mm", texts("fact.from_nose")),
+        "size": (f"{number(1e3 * found.length, 4)} × ⌀ {number(1e3 * found.diameter, 4)} mm", ""),
+    }
+    return facts([*rows, *((texts(f"fact.{key}"), *words) for key, words in others.items())])
 
 
 def _difference(texts: Texts, mass: float, wanted: float | None) -> str:

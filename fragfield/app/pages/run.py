@@ -19,14 +19,13 @@ from fragfield.terminal.progress import duration
 from fragfield_base.reading import read_text
 
 if TYPE_CHECKING:
-    from fragfield.app.jobs import Job
     from fragfield.app.page import CasePage
+    from fragfield.app.workspace import Job
     from fragfield.results.check import CheckedBurst
 
 
 PRESETS = {"quick": (13, "off", 8), "standard": (26, "standard", None), "final": (39, "final", 100)}
 """Cells across the largest diameter, grid convergence and fewest realisations (None: the default) of each preset."""
-_FOLDED = ("burst", "break_up", "flight", "hazard", "witness", "uncertainty", "document")
 _DONE = re.compile(r": ([a-z-]+): done in ([\d.]+) s")
 _LOOK = 1.0  # s between looks at the run
 
@@ -98,7 +97,6 @@ def kilograms(mass: float) -> str:
 
 
 def _cost(page: CasePage, found: CheckedBurst | str) -> str:
-    """What is computed, and what the last run of this name took."""
     texts = page.texts
     if isinstance(found, str):
         return ""
@@ -115,7 +113,6 @@ def _cost(page: CasePage, found: CheckedBurst | str) -> str:
 
 
 def _last_time(page: CasePage) -> str:
-    """What all stages of the last run took, by its log."""
     try:
         log = RunDirectory(page.session.space.inside(page.session.space.run_of(page.case.name))).log_file
         times = dict(_DONE.findall(read_text(log, InputError, most=1 << 26)))
@@ -166,14 +163,13 @@ def _tables(page: CasePage) -> None:
     if page.case.get(("burst",)) is not None:
         form(page, ("burst",), only=("cell_size", "convergence", "geometry", "end_time"))
     for entry in fields_of(()):
-        if entry.name in _FOLDED:
+        if entry.form in ("table", "tables") and page_of(entry.name) == "run":
             folded(page, (entry.name,), entry, without=("ground",) if entry.name == "flight" else ())
     with fold(page.texts("run.text")):
         _source(page)
 
 
 def _source(page: CasePage) -> None:
-    """The case file itself, to be read and changed as text."""
     note(page.texts("run.text_why"), "meaning")
     source = ui.textarea(value=page.case.text).props("outlined autogrow spellcheck=false").classes("source")
 
@@ -185,8 +181,6 @@ def _source(page: CasePage) -> None:
 
 
 class _Starter:
-    """Buttons that start a run."""
-
     def __init__(self, page: CasePage) -> None:
         self.page, texts = page, page.texts
         self.run = page.session.space.run_of(page.case.name)
@@ -222,8 +216,6 @@ class _Starter:
 
 
 class _Now:
-    """The run that is computed, or was computed last, looked at while the page is open."""
-
     def __init__(self, page: CasePage, starter: _Starter) -> None:
         self.page, self.starter = page, starter
         self.place = box().props("data-box=job")
@@ -267,18 +259,16 @@ class _Now:
 
 
 def _stages(texts: Any, job: Job) -> None:  # noqa: ANN401 - texts
-    """A bar for every stage of the chain."""
     now, names = job.progress(), list(STAGES)
-    stage = now.get("stage", "")
-    at = names.index(stage) if stage in names else -1
+    at = names.index(now.stage) if now.stage in names else -1
     with box("stages"):
         for index, name in enumerate(names):
-            share = 100.0 if index < at else 100.0 * float(now.get("share", 0.0)) if index == at else 0.0
+            share = 100.0 if index < at else 100.0 * now.share if index == at else 0.0
             with box("stage"):
                 words = texts(f"stage.{name}")
                 ui.label(words)
                 with box("bar").props(f'role=progressbar aria-valuenow={share:.0f} aria-label="{words}"'):
                     box().style(f"width:{share:.1f}%")
                 if index == at and share < 100.0:
-                    left = now.get("seconds_left")
-                    note(f"{now.get('detail', '')} {'' if left is None else duration(left)}".strip(), "detail")
+                    left = "" if now.seconds_left is None else duration(now.seconds_left)
+                    note(f"{now.detail} {left}".strip(), "detail")

@@ -70,8 +70,6 @@ def content(page: CasePage) -> None:
 
 
 class _Site:
-    """The map and its lists."""
-
     def __init__(self, page: CasePage) -> None:
         self.page = page
         self.circles: list[dict[str, Any]] = []
@@ -99,19 +97,17 @@ class _Site:
             if case is None
             else [{"kind": "round", "name": one.name, "points": [list(one.position[:2])]} for one in case.round]
         )
-        rules = (await run.io_bound(checked, self.page) or {}).get("rules", [])
+        found = await run.io_bound(checked, self.page)
+        rules = () if found is None or isinstance(found, str) else found.rules
         self.circles = [
-            {
-                "name": f"{one['name']}, {metres(one['distance'])}",
-                "short": metres(one["distance"]),
-                "radius": one["distance"],
-                "kind": one["hazard"],
-            }
+            {"name": f"{one.name}, {metres(one.distance)}", "short": metres(one.distance), "radius": one.distance,
+             "kind": one.hazard}
+            for one in rules if one.distance is not None and one.use == "siting"
+        ]  # fmt: skip
+        rows = [
+            (one.name, f"{one.hazard}, {one.use}", metres(one.distance) if one.distance else one.reason)
             for one in rules
-            if one["distance"] is not None and one["use"] == "siting"
         ]
-        rows = [(one["name"], f"{one['hazard']}, {one['use']}",
-                 metres(one["distance"]) if one["distance"] else one["reason"]) for one in rules]  # fmt: skip
         heads = [self.page.texts(f"site.{name}") for name in ("rule", "hazard", "distance")]
         self.rules.set_content(facts(rows, heads))
         self.draw()
@@ -163,7 +159,6 @@ def _ground(page: CasePage) -> None:
 
 
 def _exchange(page: CasePage, site: _Site) -> None:
-    """Places from GeoJSON and KML."""
     texts = page.texts
     if site_in(page.case) is None:
         note(f"{texts('site.no_north')} {texts('site.needs_site')}")

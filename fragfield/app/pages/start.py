@@ -10,7 +10,7 @@ from nicegui import ui
 
 from fragfield.app.forms import keep_file, upload
 from fragfield.app.page import box, heading, note
-from fragfield.app.security import MOST_UPLOADED
+from fragfield.app.server import MOST_UPLOADED
 from fragfield.app.workspace import safe_name
 
 if TYPE_CHECKING:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import flight
-from flight.hazard.tp12 import effective_number
 from fragfield.case.checks.estimates import check_numbers, map_faults
 from fragfield.case.conversion.exposed_sites import exposed_sites_of
 from fragfield.case.conversion.rounds import first_alike, masses_of, profile_of
@@ -20,6 +19,7 @@ from fragfield.case.problem import (
     hazard_grid,
     kernel_degrees,
 )
+from fragfield.hazard.tp12 import effective_number
 from fragfield_base.errors import InputError, show
 
 if TYPE_CHECKING:

@@ -13,9 +13,9 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from flight import HeightMap, Ricochet
-    from flight.hazard.site import Site
     from fragfield.case.schema import CaseTable
     from fragfield.case.tables.surroundings import GroundTable
+    from fragfield.places.site import Site
 
 
 _ADIABATIC, _GAS_CONSTANT = 1.4, 287.053  # of air: ratio of its heats, J/(kg K)
@@ -86,11 +86,12 @@ def _read_map(
     earth: tuple[float, float, float] | None,
     changed: int,  # noqa: ARG001
 ) -> HeightMap:
-    from flight import HeightMap, InputError
+    from flight import InputError
+    from fragfield.places.maps import read_map
 
     datum: float | Literal["site"] = "site" if isinstance(table.datum, str) else table.datum
     try:
-        return HeightMap.read(
+        return read_map(
             path, site=table.site, earth=earth, datum=datum, holes=table.holes, band=table.band,
             height_unit=table.height_unit,
         )  # fmt: skip
@@ -111,7 +112,7 @@ def _ricochet(table: GroundTable) -> Ricochet | None:
 
 def site_of(case: CaseTable) -> Site | None:
     """The case's site in degrees, free of what the way over radians adds in the last digits."""
-    from flight.hazard.site import Site
+    from fragfield.places.site import Site
 
     if case.site is None:
         return None
@@ -165,7 +166,7 @@ def direction_words(azimuth: float, bearing: float | None, *, whole: bool = Fals
     `azimuth` counts from +x, counter-clockwise, `bearing` (`bearing_of`) from north, clockwise (degrees). `whole`: in
     whole degrees, for places; else in four digits.
     """
-    from flight.hazard.site import compass_point
+    from fragfield.places.site import compass_point
 
     angle = azimuth if bearing is None else bearing
     words = f"{round(angle) % 360}°" if whole else f"{float(f'{angle:.4g}') % 360.0:g}°"

@@ -37,8 +37,8 @@ class _Place(Vector):
 
 
 def _within_half_a_turn(angle: float | str) -> float | str:
-    """The same longitude (rad) by the one rule of `flight.hazard.site`: the very float of its degrees."""
-    from flight.hazard.site import longitude_of
+    """The same longitude (rad) by the one rule of `fragfield.places.site`: the very float of its degrees."""
+    from fragfield.places.site import longitude_of
 
     if isinstance(angle, str):
         return angle

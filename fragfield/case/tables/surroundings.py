@@ -7,9 +7,9 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import Field, Tag
 
 from flight.scene.obstacles import Barricade, Building, Wall
-from flight.scene.walls import StoppingWall
 from fragfield.case.tables.base import Table, by_kind
 from fragfield.case.tables.site import Latitude, Longitude, OnEarth
+from fragfield.hazard.walls import StoppingWall
 from fragfield_base.bounds import Bounds, OnlyWith
 from fragfield_base.inputs import Angle, ArealDensity, Energy, Length, Offset, PositiveLength, Quantity
 

@@ -12,7 +12,7 @@ from fragfield.report.figures.drawing import ACCENT, GREY, INK, LINES, figure, n
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from fragfield.report.reading.run_files import RunFiles
+    from fragfield.results.run import StoredRun
 
 
 _FEW_ROUNDS = 3  # of which the largest speed is drawn as well
@@ -32,7 +32,7 @@ _LEDGER = {
     "Casing speed at the end of the burst against the station from the nose, as a fraction of the length: mean by "
     "mass, and largest cell, of each axial bin. Dotted lines separate the segments.",
 )  # fmt: skip
-def _speed_along_round(run: RunFiles) -> Figure | None:
+def _speed_along_round(run: StoredRun) -> Figure | None:
     if not run.rounds:
         return None
     figure, (axis,) = new_figure(height=2.8)
@@ -41,7 +41,7 @@ def _speed_along_round(run: RunFiles) -> Figure | None:
         style = LINES[index % len(LINES)]
         dashes = style["linestyle"] if many else "-"
         present = item.along["casing_mass"] > 0
-        place = item.along["station"][present] / float(item.attributes["length"])
+        place = item.along["station"][present] / item.length
         label = f"{plain_name(item.name)}, " if several else ""
         axis.plot(
             place, item.along["mean_speed"][present], color=style["color"], linestyle=dashes, label=f"{label}mean"
@@ -59,14 +59,13 @@ def _speed_along_round(run: RunFiles) -> Figure | None:
     return figure
 
 
-def _mark_segments(axis: object, run: RunFiles) -> None:
+def _mark_segments(axis: object, run: StoredRun) -> None:
     """Limits and names of the first round's segments, where all rounds are cut alike."""
     first = run.rounds[0]
-    length = float(first.attributes["length"])
+    length = first.length
     ends = first.segments["end"] / length
     alike = all(
-        len(item.segments) == len(ends) and np.allclose(item.segments["end"] / float(item.attributes["length"]), ends)
-        for item in run.rounds
+        len(item.segments) == len(ends) and np.allclose(item.segments["end"] / item.length, ends) for item in run.rounds
     )
     if not alike:
         return
@@ -86,7 +85,7 @@ def _mark_segments(axis: object, run: RunFiles) -> None:
     "Mean speed of the casing by mass, and the largest over the stations of the azimuthal mean outer diameter. A "
     "dotted vertical line marks the time at which acceleration is complete.",
 )  # fmt: skip
-def _casing_over_time(run: RunFiles) -> Figure | None:
+def _casing_over_time(run: StoredRun) -> Figure | None:
     if not {"time", "mean_casing_speed", "outer_diameter"} <= set(run.history):
         return None
     time = run.history["time"] * 1e6
@@ -109,7 +108,7 @@ def _casing_over_time(run: RunFiles) -> Figure | None:
     "energy_ledger", "Energy ledger over time",
     "Work of the products and how it is distributed; below, the imbalance of the sum.",
 )  # fmt: skip
-def _energy_ledger(run: RunFiles) -> Figure | None:
+def _energy_ledger(run: StoredRun) -> Figure | None:
     if not {"time", "products_work", "energy_error"} <= set(run.history):
         return None
     time = run.history["time"] * 1e6
@@ -141,7 +140,7 @@ def _energy_ledger(run: RunFiles) -> Figure | None:
     "Each value divided by that of this run (vertical line), with its statistical error; open circles at zero: limits, "
     "where an order was observed.",
 )  # fmt: skip
-def _convergence_figure(run: RunFiles) -> Figure | None:
+def _convergence_figure(run: StoredRun) -> Figure | None:
     found, burst = run.summary.convergence, run.summary.burst
     if found is None or burst is None or len(found.sizes or ()) < 2:
         return None

@@ -16,10 +16,10 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from fragfield.report.reading.run_files import RunFiles
+    from fragfield.results.run import StoredRun
 
-    Draw = Callable[[RunFiles], Figure | str | None]
-    Words = str | Callable[[RunFiles], str]
+    Draw = Callable[[StoredRun], Figure | str | None]
+    Words = str | Callable[[StoredRun], str]
 
 
 _log = logging.getLogger(__name__)
@@ -179,12 +179,12 @@ class ReportFigure:
     caption: Words
     draw: Draw
 
-    def words(self, run: RunFiles) -> tuple[str, str]:
+    def words(self, run: StoredRun) -> tuple[str, str]:
         """Its title and caption for a run."""
         title, caption = (one if isinstance(one, str) else one(run) for one in (self.title, self.caption))
         return title, caption
 
-    def svg(self, run: RunFiles) -> bytes | None:
+    def svg(self, run: StoredRun) -> bytes | None:
         """The figure of a run as SVG; None where there is no data for it."""
         with drawing_style():
             drawn = self.draw(run)

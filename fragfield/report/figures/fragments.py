@@ -13,8 +13,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from numpy.typing import NDArray
 
-    from fragfield.report.reading.run_files import RunFiles
     from fragfield.results.break_up import Segment
+    from fragfield.results.run import StoredRun
 
 
 @figure(
@@ -23,13 +23,13 @@ if TYPE_CHECKING:
     + (": law (lines) and sample (circles), in total and by segment." if run.fragments_file is None
        else ", first realisation."),
 )  # fmt: skip
-def _number_by_mass(run: RunFiles) -> Figure | None:
-    if not run.fragments or not len(run.fragments["mass"]):
+def _number_by_mass(run: StoredRun) -> Figure | None:
+    if (launched := run.launched) is None or not len(launched):
         return None
     rounds = run.summary.break_up.rounds if run.summary.break_up else ()
     laws = [law for one in rounds for law in one.segments if law.n0]
     figure, (axis,) = new_figure(height=3.6)
-    masses = run.fragments["mass"]
+    masses = launched.mass
     grid = np.linspace(0.0, np.sqrt(masses.max() * 1e3) * 1.04, 300)
     _sampled(axis, masses, INK, label="all, sampled")
     if laws:
@@ -38,7 +38,7 @@ def _number_by_mass(run: RunFiles) -> Figure | None:
     of_first = "" if len(run.rounds) < 2 else f" of {plain_name(run.rounds[0].name)}"
     for index, law in enumerate(rounds[0].segments if rounds else ()):
         style = LINES[1 + index % (len(LINES) - 1)]
-        chosen = (run.fragments["round"] == 0) & (run.fragments["segment"] == index)
+        chosen = (launched.round == 0) & (launched.segment == index)
         if chosen.any():
             _sampled(axis, masses[chosen], style["color"], symbols=20)
         _law(axis, grid, number_above(law, grid**2 * 1e-3), style, f"{plain_name(law.name)}{of_first}")
@@ -50,7 +50,6 @@ def _number_by_mass(run: RunFiles) -> Figure | None:
 
 
 def _mass_labels(axis: Axes) -> None:
-    """Write the mass in grams under the square root, so that no squaring is needed."""
     ticks = [tick for tick in axis.get_xticks() if 0 <= tick <= axis.get_xlim()[1]]
     axis.set_xticks(ticks, [f"{tick:g}\n{tick**2:,.4g}" for tick in ticks])
 
@@ -73,10 +72,10 @@ def _law(axis: Axes, grid: NDArray[np.float64], number: Any, style: dict[str, An
     "polar_zones", "Fragments by polar zone",
     "Numbers and speeds of one round's fragments at launch by angle from the nose, as arena tests report them.",
 )  # fmt: skip
-def _zone_figure(run: RunFiles) -> Figure | None:
+def _zone_figure(run: StoredRun) -> Figure | None:
     from flight.arena import ArenaTable
 
-    path = run.folder / "arena.csv"
+    path = run.path / "arena.csv"
     if not path.is_file():
         return None
     table = ArenaTable.read(path)
@@ -105,7 +104,7 @@ def _zone_figure(run: RunFiles) -> Figure | None:
     "Share of the first round's mass by direction of flight at the end of the burst: fragments of the first "
     "realisation (bars) and the velocity field of the casing from which they were made (line).",
 )  # fmt: skip
-def _directions(run: RunFiles) -> Figure | None:
+def _directions(run: StoredRun) -> Figure | None:
     if run.summary.break_up is None or not run.summary.break_up.rounds:
         return None
     found = run.summary.break_up.rounds[0].directions

@@ -8,15 +8,15 @@ import numpy as np
 
 from fragfield.case.conversion.surroundings import bearing_of, direction_words
 from fragfield.hazard.certainty import metres
-from fragfield.report.figures.drawing import ACCENT, GREY, INK, LINES, figure, new_figure
+from fragfield.report.figures.drawing import ACCENT, GREY, INK, LINES, drawing_style, figure, new_figure, to_bytes
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
     from numpy.typing import NDArray
 
-    from fragfield.report.reading.run_files import RunFiles
     from fragfield.results.hazard import FlownAttitude
+    from fragfield.results.run import StoredRun
 
 
 _SHADE = 0.28  # of a band's colour: seen on paper, and two on each other still distinguished
@@ -29,7 +29,7 @@ _BESIDE = 1.6  # of the largest distance that the curve marks, up to which it is
     "landing_map", "Landing points",
     "Landing points of the fragments of the first realisation, seen from above, y upwards.",
 )  # fmt: skip
-def _landing_map(run: RunFiles) -> Figure | None:
+def _landing_map(run: StoredRun) -> Figure | None:
     rows, limit = run.landed, run.criteria.energy
     if not len(rows):
         return None
@@ -58,7 +58,7 @@ def _landing_map(run: RunFiles) -> Figure | None:
     return figure
 
 
-def _outline(axis: Axes, run: RunFiles) -> None:
+def _outline(axis: Axes, run: StoredRun) -> None:
     """Where directions differ, the expected distance by direction, as its upper bound where it has one."""
     found = run.ensemble
     if found is None or found.undetermined or found.expected.direction is None:
@@ -88,24 +88,28 @@ def _ring(axis: Axes, radius: float, *, color: str, dashes: str, label: str, ang
     )  # fmt: skip
 
 
-@figure(
-    "density_curve", "Density by distance",
-    "Expected number of hazardous fragments per acceptable area, over all azimuths where they are alike, else in the "
-    "direction that decides. Shaded: 5 to 95 % of the bootstrap, the certainty of the mean, not the scatter of single "
-    "events.",
-)  # fmt: skip
-def _density_curve(run: RunFiles) -> Figure | None:
+def _density(run: StoredRun, azimuth: float | None = None) -> Figure | None:
+    """Along the deciding direction with its band, or along another one (degrees) alone."""
     found = run.ensemble
     if found is None or not len(run.landed) or not found.expected.density.any():
         return None
     acceptable, expected = run.criteria.density, found.expected
+    densities, reach, upper = expected.density, expected.distance, expected.upper
+    own = azimuth is None or not expected.density_by_direction.size
+    if azimuth is not None and expected.density_by_direction.size:
+        at = round(azimuth / 360.0 * len(expected.azimuth)) % len(expected.azimuth)
+        densities, reach = (
+            np.asarray(expected.density_by_direction[:, at], dtype=np.float64),
+            float(expected.by_direction[at]),
+        )
+        upper = None if upper is None else float(expected.upper_by_direction[at])
     figure, (axis,) = new_figure(height=3.2)
     decides = int(expected.normal >= expected.ground)
     for number, label in sorted(enumerate(("on the ground", "normal to the paths")), key=lambda one: one[0] != decides):
-        style, density = LINES[number], expected.density[number] / acceptable
-        words = f"{label}{', which decides' if number == decides else ''}"
+        style, density = LINES[number], densities[number] / acceptable
+        words = f"{label}{', which decides' if own and number == decides else ''}"
         axis.plot(expected.radius, np.where(density > 0, density, np.nan), label=words, **style)
-        if expected.density_low.size:
+        if own and expected.density_low.size:
             axis.fill_between(
                 expected.radius, np.maximum(expected.density_low[number] / acceptable, _NOTHING),
                 np.maximum(expected.density_high[number] / acceptable, _NOTHING), color=style["color"], alpha=_SHADE,
@@ -113,7 +117,7 @@ def _density_curve(run: RunFiles) -> Figure | None:
             )  # fmt: skip
     axis.axhline(1.0, color=ACCENT, linewidth=1.4, label=f"criterion, 1 per {1 / acceptable:.1f} m²")
     marked = [] if found.undetermined else [
-        (expected.distance, ":", "expected"), (expected.upper, "--", "upper bound (95 %)"),
+        (reach, ":", "expected"), (upper, "--", "upper bound (95 %)"),
         (run.summary.hazard.recommended if run.summary.hazard else None, "-", "recommended"),
     ]  # fmt: skip
     for distance, dashes, words in marked:
@@ -128,6 +132,22 @@ def _density_curve(run: RunFiles) -> Figure | None:
     return figure
 
 
+figure(
+    "density_curve", "Density by distance",
+    "Expected number of hazardous fragments per acceptable area, over all azimuths where they are alike, else in the "
+    "direction that decides. Shaded: 5 to 95 % of the bootstrap, the certainty of the mean, not the scatter of single "
+    "events.",
+)(_density)  # fmt: skip
+
+
+def density_svg(run: StoredRun, azimuth: float | None) -> str:
+    """The density curve along a direction (degrees; None: that which decides) as SVG within a page."""
+    with drawing_style():
+        drawn = _density(run, azimuth)
+        text = "" if drawn is None else to_bytes(drawn, "svg").decode()
+    return text[text.find("<svg") :]
+
+
 def _closed(values: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.append(values, values[0])
 
@@ -137,7 +157,7 @@ def _closed(values: NDArray[np.float64]) -> NDArray[np.float64]:
     lambda run: "Fragments that cross the witness surface over all realisations: median and band of 5 to 95 % by "
     f"sector, in degrees from +x counter-clockwise, seen from above{_of_x(run)}.",
 )  # fmt: skip
-def _polar_by_sector(run: RunFiles) -> Figure | None:
+def _polar_by_sector(run: StoredRun) -> Figure | None:
     if run.summary.hazard and run.summary.hazard.basis == "all_azimuths":
         return None  # sectors differ from each other at random alone
     name = next((name for name, table in run.witness_ensemble.items() if table["hits"].any()), None)
@@ -177,8 +197,8 @@ def _around(axis: Axes, turn: NDArray[np.float64], each: NDArray[Any], label: st
         )  # fmt: skip
 
 
-def _of_x(run: RunFiles) -> str:
-    bearing = None if run.case is None else bearing_of(run.case, 0.0)
+def _of_x(run: StoredRun) -> str:
+    bearing = None if run.values is None else bearing_of(run.values, 0.0)
     return "" if bearing is None else f"; +x points to {direction_words(0.0, bearing)}"
 
 
@@ -187,7 +207,7 @@ def _of_x(run: RunFiles) -> str:
     "Distance by the inclination of the rounds from upright, each in its worst direction; of an arrangement that is "
     "not axisymmetric the worst roll of each inclination.",
 )  # fmt: skip
-def _attitude_figure(run: RunFiles) -> Figure | None:
+def _attitude_figure(run: StoredRun) -> Figure | None:
     hazard = run.summary.hazard
     if hazard is None or not hazard.attitude.curve:
         return None

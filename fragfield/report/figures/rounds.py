@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import partial
 from html import escape
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from burst_fenicsx.geometry.contour import Contour
     from burst_fenicsx.problem import Round
     from fragfield.case import CaseTable
-    from fragfield.report.reading.run_files import RunFiles
+    from fragfield.results.run import StoredRun
 
 
 DRAWINGS = ("drawing_1", "drawing_2", "drawing_3", "plan", "elevation")
@@ -34,21 +34,28 @@ _SAMPLES = 120  # stations of a contour
 _ROOM = 50.0  # that the text of a length needs
 
 
-def round_facts(item: Round) -> dict[str, float]:
-    """Masses (kg), C/M, fuze density (kg/m3), centre of mass, length and diameter (m) of a round with a profile."""
+class RoundFacts(NamedTuple):
+    """Masses (kg), C/M, fuze density (kg/m3), centre of mass, length and diameter (m)."""
+
+    casing: float
+    charge: float
+    fuze: float
+    whole: float
+    ratio: float
+    fuze_density: float
+    centre: float
+    length: float
+    diameter: float
+
+
+def round_facts(item: Round) -> RoundFacts:
+    """Those of a round with a profile."""
     masses, profile = masses_of(item), item.profile
     assert profile is not None
-    return {
-        "casing": masses.casing,
-        "charge": masses.charge,
-        "fuze": masses.fuze,
-        "whole": masses.whole,
-        "ratio": masses.ratio,
-        "fuze_density": profile.fuze_density,
-        "centre": centre_of_mass(item),
-        "length": profile.length,
-        "diameter": 2.0 * profile.max_radius,
-    }
+    return RoundFacts(
+        masses.casing, masses.charge, masses.fuze, masses.whole, masses.ratio, profile.fuze_density,
+        centre_of_mass(item), profile.length, 2.0 * profile.max_radius,
+    )  # fmt: skip
 
 
 def round_svg(item: Round, centre: float, *, narrow: bool = False) -> str:
@@ -100,8 +107,6 @@ PATTERNS = (
 
 
 class _Section:
-    """A round in its picture: where its stations and radii are drawn."""
-
     def __init__(self, profile: Profile, width: float) -> None:
         self.profile, self.width = profile, width
         self.scale = min((width - 2.0 * _SIDE) / profile.length, 0.5 * _HEIGHT / profile.max_radius)
@@ -133,7 +138,6 @@ class _Section:
         return self.left + self.scale * station
 
     def _diameters(self) -> list[str]:
-        """The largest diameters and those of the ends, in lines that fit."""
         profile = self.profile
         stations = np.linspace(profile.charge_front, profile.charge_end, 401)
         charge = float(profile.cavity.radius(stations).max())
@@ -143,7 +147,6 @@ class _Section:
         return [", ".join(words)] if self.width > 500.0 else [", ".join(words[:2]), ", ".join(words[2:])]
 
     def _contents(self) -> Iterator[str]:
-        """Charge, and before it fuze or void."""
         profile = self.profile
         if profile.fuze is not None:
             kind = "fuze" if profile.fuze.fill == "inert" else "void"
@@ -292,16 +295,16 @@ def svg_file(svg: str) -> str:
     )
 
 
-def _drawing(run: RunFiles, at: int) -> str | None:
+def _drawing(run: StoredRun, at: int) -> str | None:
     """The drawing of a run's different round of that number; None where there is none, or it has no contour."""
-    rounds = drawn_rounds(run.case) if run.case is not None and run.fragments_file is None else []
-    if run.case is None or at >= len(rounds) or rounds[at].profile is None:
+    rounds = drawn_rounds(run.values) if run.values is not None and run.fragments_file is None else []
+    if run.values is None or at >= len(rounds) or rounds[at].profile is None:
         return None
-    return draw_round(rounds[at], expected_masses(run.case)[at])
+    return draw_round(rounds[at], expected_masses(run.values)[at])
 
 
-def _name_of(run: RunFiles, at: int) -> str:
-    return "" if run.case is None else f"Drawing of {drawn_rounds(run.case)[at].name}"
+def _name_of(run: StoredRun, at: int) -> str:
+    return "" if run.values is None else f"Drawing of {drawn_rounds(run.values)[at].name}"
 
 
 for _at, _name in enumerate(DRAWINGS[:3]):

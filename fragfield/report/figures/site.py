@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     from fragfield.case import CaseTable
     from fragfield.hazard.site_map import Shape
-    from fragfield.report.reading.run_files import RunFiles
+    from fragfield.results.run import StoredRun
 
 
 _TERRAIN, _OBSTACLE = "#b7a98c", COLORS["obstacle"]
@@ -28,9 +28,9 @@ _BESIDE = ((0, 7, "center"), (0, -7, "center"), (7, 0, "left"), (-7, 0, "right")
 """Offsets (points) of a label from its position, and its alignment, in the order in which they are tried."""
 
 
-def site_shapes(run: RunFiles) -> tuple[CaseTable, list[Shape]] | None:
+def site_shapes(run: StoredRun) -> tuple[CaseTable, list[Shape]] | None:
     """The resolved case and its shapes, with exposed sites, obstacles, terrain or a geographic position; else None."""
-    case = run.case
+    case = run.values
     if run.ensemble is None or case is None:
         return None
     exposed = run.summary.exposed or ()
@@ -52,7 +52,7 @@ def north_of(case: CaseTable) -> float | None:
     "Distance by direction, exposed sites by their verdict, barricades and buildings, and lines of equal height, in "
     "the site's frame.",
 )  # fmt: skip
-def _site_figure(run: RunFiles) -> Figure | None:
+def _site_figure(run: StoredRun) -> Figure | None:
     found = site_shapes(run)
     if found is None:
         return None
@@ -139,7 +139,6 @@ def _name(axis: Axes, shapes: Sequence[Shape]) -> None:
 
 
 def _once(labels: set[str], label: str) -> str:
-    """A label for the legend, the first time alone."""
     if label in labels:
         return "_"
     labels.add(label)
@@ -179,7 +178,7 @@ def _north(axis: Axes, azimuth: float) -> None:
     "exposed_sites", "Exposed sites against their criteria",
     "Expected value (dot) and upper bound (95 %, bar) over the site's limit; left of the line the criterion is met.",
 )  # fmt: skip
-def _exposed_figure(run: RunFiles) -> Figure | None:
+def _exposed_figure(run: StoredRun) -> Figure | None:
     entries = [entry for entry in run.summary.exposed or () if entry.verdict != "not determined"]
     if not entries:
         return None

@@ -9,7 +9,7 @@ from fragfield.report.figures.drawing import ACCENT, GREY, INK, LINES, figure, n
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from fragfield.report.reading.run_files import RunFiles
+    from fragfield.results.run import StoredRun
     from fragfield.results.uncertainty import SampledSiteQuantity
 
 
@@ -21,7 +21,7 @@ _LIGHT = "#9db7cf"
     "Share of the samples whose distance is not larger, statistical errors of the samples taken out; uprights: 5, 50 "
     "and 95 %, the distance of the run itself, and the recommended one.",
 )  # fmt: skip
-def _distribution_figure(run: RunFiles) -> Figure | None:
+def _distribution_figure(run: StoredRun) -> Figure | None:
     if run.study is None or (entry := run.study.distance) is None or (hazard := run.study.hazard) is None:
         return None
     figure, (axis,) = new_figure(height=3.0)
@@ -42,7 +42,7 @@ def _distribution_figure(run: RunFiles) -> Figure | None:
     "Mean distance with one input at 5 % and at 95 % of its own distribution (for discrete inputs over all steps), by "
     "linear regression. Light: the input at its low end.",
 )  # fmt: skip
-def _tornado_figure(run: RunFiles) -> Figure | None:
+def _tornado_figure(run: StoredRun) -> Figure | None:
     if run.study is None or (entry := run.study.distance) is None or not entry.tornado:
         return None
     rows = sorted(entry.tornado, key=lambda one: abs(one.high - one.low))
@@ -63,7 +63,7 @@ def _tornado_figure(run: RunFiles) -> Figure | None:
     "uncertainty_sites", "Exposed sites over the inputs",
     "Expected hits at each exposed site: 5 to 95 % over the inputs (bar), median (dot), the run itself (cross).",
 )  # fmt: skip
-def _places_figure(run: RunFiles) -> Figure | None:
+def _places_figure(run: StoredRun) -> Figure | None:
     sites = () if run.study is None else run.study.exposed
     drawn = [(one.name, one.hits) for one in sites if one.hits is not None and one.hits.spread.high > 0.0]
     if not drawn:

@@ -28,7 +28,6 @@ from fragfield.hazard.site_map import write_contours
 from fragfield.hazard.to_apply import distance_to_apply
 from fragfield.interface.kinds import CaseOrRun, Samples, Seed, Settings
 from fragfield.interface.running import options_of
-from fragfield.interface.tables import Table, table_of_rows
 from fragfield.pipeline.chain import run_chain
 from fragfield.pipeline.job import RunOptions
 from fragfield.quantities import column_of, shown
@@ -58,6 +57,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
     from numpy.typing import NDArray
+    from pandas import DataFrame
     from rich.console import Console
 
     from fragfield.results.rules import DistanceToApply
@@ -311,12 +311,14 @@ class Uncertainty(Study):
         return spread.low, spread.median, spread.high
 
     @property
-    def effects(self) -> Table:
+    def effects(self) -> DataFrame:
         """A row an input: its share of the distance's variance, with standard error and 95 % interval.
 
         Without rows where the samples are too few for shares.
         """
-        return table_of_rows("effects", to_json(self.found.distance.shares if self.found.distance else ()))
+        from pandas import DataFrame
+
+        return DataFrame(to_json(self.found.distance.shares if self.found.distance else ()))
 
     def __repr__(self) -> str:
         return f"<fragfield.Uncertainty {str(self.path)!r}: {self._plan.samples} samples>"

@@ -16,7 +16,6 @@ from burst_fenicsx.axisymmetric.meridian import MERIDIAN, RING
 from burst_fenicsx.axisymmetric.mesh import (
     areas,
     edge_neighbours,
-    folded,
     longest_edges,
     mesh_meridian,
     outer_edges,
@@ -138,12 +137,6 @@ def test_areas_edges_and_rates_of_quadrilaterals():
         turned = np.roll(cells, shift, axis=1)
         assert areas(nodes, turned) == pytest.approx([4.0])
         assert longest_edges(nodes, turned) == pytest.approx([np.sqrt(10.0)])
-        assert not folded(nodes, turned).any()
-        for corner in range(4):
-            bent = nodes.copy()
-            bent[corner] = [2.0, 0.0, 1.4] if corner in (0, 2) else [2.0 + (1.0 if corner == 3 else -1.0), 0.0, 1.0]
-            bent[corner] += 1.3 * (bent[corner] - nodes[corner])
-            assert folded(bent, turned).all()
 
 
 def test_the_shortest_edge_and_the_mean_one_of_a_mesh():

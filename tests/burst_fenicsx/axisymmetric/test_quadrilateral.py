@@ -72,22 +72,6 @@ def test_volume_and_its_derivatives_are_exact(inner):
         assert abs(sum(bz)) < 1e-14 * size  # axial forces of a cell add up to nothing
 
 
-def test_the_trace_of_the_velocity_gradient_is_the_rate_of_volume():
-    """L_rr + L_tt + L_zz = (dV/dt) / V for any velocities."""
-    random = np.random.default_rng(2)
-    for r, z in corners(random_meridian(4, 5e-3)):
-        speed = random.normal(size=(2, 4))
-        br, bz, across, volume, _ = ring_integrals(r, z)
-        trace = (np.dot(br, speed[0]) + np.dot(across, speed[0]) + np.dot(bz, speed[1])) / volume
-        step = 1e-6  # V is a cubic in time: the central difference is off by its third derivative
-        ends = [
-            ring_volumes(np.stack([r + s * speed[0], np.zeros(4), z + s * speed[1]], axis=1), np.arange(4)[None])[0]
-            for s in (step, -step)
-        ]
-        size = np.abs(speed).max() * np.abs([br, bz, across]).max() / volume
-        assert trace == pytest.approx((ends[0] - ends[1]) / (2.0 * step * volume), abs=1e-6 * size)
-
-
 def test_a_quadrilateral_is_folded_where_the_edges_at_a_corner_turn_backward():
     random = np.random.default_rng(4)
     counts = np.zeros(4, dtype=int)

@@ -194,22 +194,6 @@ def test_hourglass_damping_takes_away_a_rate_at_most_as_a_whole(inner, part, las
         assert change[0] == pytest.approx(-rate[0], rel=1e-5)
 
 
-@pytest.mark.parametrize(("relative", "released"), [(0.31, False), (0.29, True)])
-def test_crushed_products_give_up_their_forces(relative, released):
-    """Burnt, they are released with no pressure; the unreacted charge never is."""
-    for burnt in (1.0, 0.0):
-        solver = ring(5e-3, Part.CHARGE, replace(BARE, products="landau", burn="time"))
-        state = solver.fields
-        state.charge.burn_fraction[:] = burnt
-        state.nodes.position[:, 2] *= relative
-        solver.add_forces(0.0)
-        gone = released and burnt == 1.0
-        assert bool(state.eroded[0]) is gone
-        assert bool(np.abs(solver.fields.nodes.force).max() == 0.0) is gone
-        assert bool(state.charge.pressure[0] == 0.0) is gone
-        assert not gone or np.isinf(solver.control.stable_step)
-
-
 def test_all_crushed_rings_of_a_block_are_released_and_keep_their_volume():
     """Whole blocks of them: the volume that counts stays that of before, however far they are pressed on."""
     mesh = rectangle((2 * LANES, 1), (5e-3, 5e-3 + 2 * LANES * EDGE), EDGE, Part.CHARGE)

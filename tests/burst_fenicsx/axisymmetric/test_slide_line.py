@@ -112,8 +112,8 @@ def test_an_even_pressure_loads_the_line_evenly_wherever_the_charge_has_slid(sha
     assert np.abs(force.sum(axis=0)).max() < 1e-12 * np.abs(force).sum()
 
 
-def gas_tube(held, density=7850.0, *, local=False):
-    """Burnt products at rest in a tube, 10 mm in radius and 120 mm long, open at its upper end; the tube is longer."""
+def gas_tube():
+    """Burnt products at rest in a rigid tube, 10 mm in radius, 120 mm long, open above; the tube is longer."""
     cell = 2.5e-3
     mesh = meridian((6, 96), lambda p: np.stack([6 * cell * p[:, 0], 0.24 * p[:, 1]], axis=1))
     centre = mesh.nodes[mesh.cells].mean(axis=1)
@@ -128,23 +128,19 @@ def gas_tube(held, density=7850.0, *, local=False):
         station=mesh.station[keep],
     )  # fmt: skip
     mesh = split_charges(named(mesh, part))
-    settings = replace(QUIET, cell_size=cell, contact=ContactSettings())
-    settings = settings if local else whole_steps(settings)
-    casing = replace(TUBE, density=density)
-    solver = ring_burst(mesh, settings, casing=casing)
+    solver = ring_burst(mesh, whole_steps(replace(QUIET, cell_size=cell, contact=ContactSettings())), casing=TUBE)
     fields, start = solver.fields, solver.fields.start
     in_gas = np.zeros(len(start), dtype=bool)
     in_gas[fields.mesh.dofmap[fields.mesh.part == Part.CHARGE]] = True
-    wall = ~in_gas
     fields.charge.burn_fraction[: fields.mesh.cells][fields.mesh.part == Part.CHARGE] = 1.0
     solver.control.uncut_step = 1e-10
-    hold(solver, np.stack([wall & held, (wall & held) | (in_gas & (start[:, 2] < 1e-9))], axis=1))
+    hold(solver, np.stack([~in_gas, ~in_gas | (start[:, 2] < 1e-9)], axis=1))
     return solver, in_gas, cell
 
 
 def test_gas_expands_along_a_rigid_tube_as_without_one():
     """Centred rarefaction of a gas of gamma = 3, u = (c0 + (z - L) / t) / 2, on the wall and on the axis as well."""
-    solver, in_gas, cell = gas_tube(held=True)
+    solver, in_gas, cell = gas_tube()
     run_until(solver, 15e-6)
     sound = TNT.detonation_velocity * np.sqrt(3.0 * 27.0 / 256.0)
     fields = solver.fields
@@ -162,17 +158,6 @@ def test_gas_expands_along_a_rigid_tube_as_without_one():
     # No tangential momentum passes, and the gas does not sink in.
     assert np.abs(force[:, 2]).max() < 1e-9 * np.abs(force[:, 0]).max()
     assert solver.contact.penetrations.interface_at_front < 0.02 * cell
-    assert solver.contact.penetrations.interface_after < 0.02 * cell
-
-
-def test_gas_in_a_tube_that_gives_way_closes_the_ledger():
-    """A tube of steel driven apart by its gas: energy to 0.5 % of the work, no contact lost but at the open end."""
-    solver, _, cell = gas_tube(held=False)
-    run_until(solver, 15e-6)
-    solver.ledger.energy_tolerance = np.inf
-    entry = solver.ledger.record(solver.fields, solver.time, solver.time_step, 0.0, solver.contact)
-    assert entry.kinetic_casing > 0.05 * entry.products_work
-    assert entry.energy_error < 5e-3
     assert solver.contact.penetrations.interface_after < 0.02 * cell
 
 

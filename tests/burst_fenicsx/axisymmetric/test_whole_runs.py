@@ -1,10 +1,10 @@
-"""Whole runs in the meridian: momentum and energy, resumed and threaded runs to the bit, three dimensions beside it."""
+"""Whole runs in the meridian: conservation, resumed runs, three dimensions beside it, Gurney's speeds."""
 
 from __future__ import annotations
 
-import os
 import signal
 from dataclasses import replace
+from math import sqrt
 from pathlib import Path
 
 import h5py
@@ -18,16 +18,20 @@ from mpi4py import MPI
 
 from burst_fenicsx import simulation
 from burst_fenicsx.errors import InputError, NumericalStop
+from burst_fenicsx.geometry import profile_from_table
+from burst_fenicsx.materials.library import burst_explosive_names, load_casing, load_explosive
 from burst_fenicsx.meshing.placement import FACING, frame
-from burst_fenicsx.problem import Leakage, RigidPlane
+from burst_fenicsx.problem import BurstSettings, IgnitionPoint, Leakage, RigidPlane, Round
 from burst_fenicsx.run_burst import simulate
 from fragfield.case import load_case
 from fragfield.case.conversion.rounds import burst_rounds
 from fragfield.case.problem import burst_settings
-from tests.burst_fenicsx.tubes import SETTINGS, tube
+from fragfield_base.substances import substance
+from tests.burst_fenicsx.tubes import SETTINGS, check_balances, interrupted, tube
 from tests.datasets import datasets, same_data
 
 pytestmark = pytest.mark.dolfinx
+
 
 CASES = Path(__file__).parents[3] / "cases"
 RINGS = replace(SETTINGS, geometry="axisymmetric", cell_size=8e-3)
@@ -57,31 +61,11 @@ def test_energy_closes_and_axial_momentum_stays(tmp_path, products, interface):
     settings = replace(LEAKING, products=products, contact=replace(LEAKING.contact, charge_casing=interface))
     going = simulation.Simulation([tube()], settings, tmp_path, MPI.COMM_SELF, {})
     going.run()
-    entries = going.ledger.entries
-    assert max(entry.momentum_error for entry in entries) < 1e-12
-    given = np.array([entry.products_work for entry in entries])
-    errors = going.ledger.columns()["energy_error"]
-    settled = given > 0.03 * going.ledger.chemical_energies[0]
-    assert errors[settled].max() < 0.01, errors
-    assert errors[-1] < 5e-3
-    made = np.array([entry.contact_error for entry in entries])
-    assert made.max() == 0.0 if interface == "shared" else 0.0 < made.max() < 0.04, made
-    assert made[-1] < 0.02
+    check_balances(going, 5e-3, interface)
     # Of the one round is what the charge of the whole has given, and turned to heat by its own viscosity.
     np.testing.assert_allclose(going.ledger.released, going.ledger.sums[None, 3:], rtol=1e-12)
-    assert entries[-1].mean_casing_speed > 300.0
+    assert going.ledger.entries[-1].mean_casing_speed > 300.0
     assert (going.leakage.factor < 0.95).any()
-
-
-def interrupted(rounds, settings, folder, time, resume):
-    """Run until the first progress report after `time` and press Ctrl-C there."""
-
-    def press(progress):
-        if progress.time > time:
-            os.kill(os.getpid(), signal.SIGINT)
-
-    with pytest.raises(KeyboardInterrupt):
-        simulate(rounds, settings, folder, comm=MPI.COMM_SELF, on_progress=press, resume=resume)
 
 
 def test_a_resumed_run_equals_the_uninterrupted_one_with_released_cells(tmp_path, monkeypatch):
@@ -94,7 +78,7 @@ def test_a_resumed_run_equals_the_uninterrupted_one_with_released_cells(tmp_path
     try:
         one = simulate(rounds, settings, whole, comm=MPI.COMM_SELF)
         for time in (5e-6, 90e-6, 210e-6):
-            interrupted(rounds, settings, parts, time, resume=(parts / "checkpoint.h5").exists())
+            interrupted(parts, settings, time, rounds, resume=(parts / "checkpoint.h5").exists())
         with h5py.File(parts / "checkpoint.h5") as file:
             assert file["ranks/0/solid/eroded"][()].any()
         two = simulate(rounds, settings, parts, comm=MPI.COMM_SELF, resume=True)
@@ -117,7 +101,9 @@ def test_it_takes_one_thread_whatever_is_given_and_leaves_the_number_as_it_was(t
             numba.set_num_threads(threads)
             assert simulate([tube()], RINGS, folder, comm=MPI.COMM_SELF).summary["threads"] == 1
             assert numba.get_num_threads() == threads
-        with pytest.raises(InputError):
+        with pytest.raises(
+            InputError, match="the burst is not axisymmetric: 2 rounds may meet; compute it in three dim"
+        ):
             simulate([tube(), tube(name="b", position=(1.0, 0, 0))], RINGS, one, comm=MPI.COMM_SELF)
         assert numba.get_num_threads() == 2
     finally:
@@ -165,11 +151,6 @@ def test_the_first_view_sees_the_meridian_from_its_side(tmp_path):
     np.testing.assert_allclose(grid.point_data["velocity"], end["nodes/velocity"] @ FACING, rtol=1e-6, atol=1e-3)
 
 
-def test_only_what_is_axisymmetric_is_taken(tmp_path):
-    with pytest.raises(InputError, match="the burst is not axisymmetric: 2 rounds may meet; compute it in three dim"):
-        simulate([tube(), tube(name="b", position=(1.0, 0, 0))], RINGS, tmp_path, comm=MPI.COMM_SELF)
-
-
 def test_a_casing_that_reaches_a_plane_stops_the_burst(tmp_path):
     """A plane just beyond the clearance: the casing flies on until it is there; outputs so far are whole."""
     plane = RigidPlane("wall", (5.1 * 77.5e-3, 0.0, 0.0), (-1.0, 0.0, 0.0))
@@ -211,3 +192,52 @@ def test_the_meridian_beside_three_dimensions_for_the_projectile(tmp_path):
     assert rings["mean_initial_speed"] == pytest.approx(solid["mean_initial_speed"], rel=0.015)
     assert rings["max_initial_speed"] == pytest.approx(solid["max_initial_speed"], rel=0.03)
     assert rings["outer_diameter"] == pytest.approx(solid["outer_diameter"], rel=0.01)
+
+
+BORE, LENGTH, RATIO = 40.0, 480.0, 0.4  # radius and length (mm), charge over casing by mass
+STEEL = load_casing("steel_1045")
+MERIDIAN_OF_A_TUBE = BurstSettings(cell_size=8e-3, products="jwl", geometry="axisymmetric")
+
+
+def speed_of_the_middle(explosive, folder, casing=STEEL):
+    """Mean speed (m/s) of the wall from 40 to 75 % of the length, of a tube initiated at one end."""
+    outer = BORE * sqrt(1.0 + explosive.density / (casing.density * RATIO))
+    table = {
+        "unit": "mm",
+        "outer": {"points": [[0, outer], [LENGTH, outer]]},
+        "cavity": {"points": [[0, BORE], [LENGTH, BORE]]},
+        "charge": {"front": 0},
+        "source": "a tube six bores long",
+    }
+    profile = profile_from_table(table, where="tube")
+    item = Round("tube", explosive, casing, profile, ignition=(IgnitionPoint(station=0.0),))
+    result = simulate([item], MERIDIAN_OF_A_TUBE, folder, series=False)
+    assert result.summary["acceleration_complete"] is not None
+    assert result.summary["lost_cells"] == 0
+    along, at = result.rounds[0], 1e3 * result.rounds[0].station / LENGTH
+    middle = (at > 0.4) & (at < 0.75) & (along.casing_mass > 0.0)
+    return float(np.average(along.mean_speed[middle], weights=along.casing_mass[middle]))
+
+
+@pytest.mark.parametrize("name", burst_explosive_names())
+def test_wall_speed_is_gurneys_within_a_band(name, tmp_path):
+    """Printed Gurney velocities from 4 % below the burst's to 14 %.
+
+    They are of other densities, some of tests of 1943, and of products that have expanded sevenfold, where these speeds
+    hold all that would still come: 1 to 2 %. Where the file has none, Eq. 24 stands for it.
+    """
+    explosive, printed = load_explosive(name), substance("explosive", name).value("gurney", "gurney")
+    velocity = sum(printed) / 2.0 if printed else 520.0 + 0.28 * explosive.detonation_velocity
+    ratio = speed_of_the_middle(explosive, tmp_path) / (velocity / sqrt(1.0 / RATIO + 0.5))
+    assert 0.96 < ratio < 1.14, f"{name}: {ratio:.3f}"
+
+
+@pytest.mark.parametrize(("name", "low", "high"), [("anfo", 500.0, 2000.0), ("comp_c4", 1800.0, 3500.0)])
+def test_wall_speed_hardly_depends_on_the_sound_speed_that_is_an_estimate(name, low, high, tmp_path):
+    explosive = load_explosive(name)
+    assert substance("explosive", name).groups["unreacted"].grade == "estimate"
+    speeds = []
+    for sound in (low, explosive.sound_speed, high):
+        (folder := tmp_path / f"{sound:g}").mkdir()
+        speeds.append(speed_of_the_middle(replace(explosive, sound_speed=sound), folder))
+    assert max(speeds) / min(speeds) - 1.0 < 3e-3

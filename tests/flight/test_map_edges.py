@@ -1,90 +1,18 @@
-"""Maps from files: one slope in every form, files of others' troubles, and what must not leak in."""
+"""A distance that lies on a map of heights is that of a larger map, whatever the ground does beyond."""
 
 from __future__ import annotations
 
-import functools
-import warnings
 from functools import cache
 from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
 
-from flight import FlightWarning, Fragments, HeightMap, fly, hazard, hazard_distance
+from flight import Fragments, HeightMap, fly, hazard
 from flight.hazard import DensityGroups, Directions, PolarGrid, density_counts, expected_distance
-from tests.flight.maps import CELL, FORMS, HALF, SITE, slope
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from flight.hazard import ExpectedDistance
-
-rasterio = pytest.importorskip("rasterio")
-pytest.importorskip("pyproj")
-
-
-@functools.cache
-def round_of_fragments() -> Fragments:
-    generator = np.random.default_rng(11)
-    direction = generator.normal(size=(1500, 3)) * [1.0, 1.0, 0.35]
-    direction /= np.linalg.norm(direction, axis=1, keepdims=True)
-    mass = generator.exponential(0.02, 1500) + 1e-3
-    return Fragments(mass, (0.0, 0.0, 1.5), direction * generator.uniform(600.0, 1400.0, (1500, 1)))
-
-
-def distance(ground: HeightMap) -> float:
-    return hazard_distance([round_of_fragments()], ground=ground, ricochet="none").distance
-
-
-@functools.cache
-def expected() -> float:
-    """The distance on the slope as an array: nothing of a file takes part."""
-    along = np.arange(-HALF, HALF + 1.0, CELL)
-    heights = slope(*np.meshgrid(along, along)) - slope(np.zeros(1), np.zeros(1))
-    return distance(HeightMap(heights, CELL, (-HALF, -HALF), datum=float(slope(np.zeros(1), np.zeros(1))[0])))
-
-
-def read(form: str, folder: Path) -> HeightMap:
-    path, arguments = FORMS[form](folder)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", FlightWarning)
-        return HeightMap.read(path, datum="site", **arguments)
-
-
-@pytest.mark.parametrize("form", FORMS)
-def test_one_slope_has_one_distance_in_every_form(form: str, tmp_path: Path) -> None:
-    ground = read(form, tmp_path)
-    found = distance(ground)
-    assert found == pytest.approx(expected(), rel=1e-3), f"{form}: {found:.3f} m for {expected():.3f} m"
-    assert ground.datum == pytest.approx(slope(np.zeros(1), np.zeros(1))[0], abs=0.06)  # its air is that of the place
-    if "holes" not in form:
-        x, y = np.random.default_rng(2).uniform(-900.0, 900.0, (2, 500))
-        off = ground.at(x, y) + ground.datum - slope(x, y)
-        assert np.abs(off).max() < 0.25, "interpolation of the wave between nodes 20 to 30 m apart"
-
-
-def test_the_slope_matters_to_the_distance() -> None:
-    """Else the test above would hold for any map: turned over, level, and in decimetres the distance is another."""
-    along = np.arange(-HALF, HALF + 1.0, CELL)
-    heights = slope(*np.meshgrid(along, along)) - slope(np.zeros(1), np.zeros(1))
-    for other in (heights[::-1], 0.0 * heights, 0.1 * heights):
-        assert distance(HeightMap(other, CELL, (-HALF, -HALF), datum=300.0)) != pytest.approx(expected(), rel=5e-3)
-    assert distance(HeightMap(heights, CELL, (-HALF, -HALF))) != pytest.approx(expected(), rel=2e-3), "air of sea level"
-
-
-def test_only_what_is_within_25_km_is_read(tmp_path: Path) -> None:
-    from tests.flight.maps import metres, write
-
-    heights = np.zeros((121, 131), dtype="f4")
-    heights[60, 0] = heights[0, 60] = np.nan
-    path = write(tmp_path / "large.tif", heights, metres(cell=500.0, half=30_000.0))
-    ground = HeightMap.read(path, site=SITE)
-    assert ground.corner[0] == pytest.approx(-25_500.0, abs=501.0)
-    assert ground.end[0] == pytest.approx(25_500.0, abs=501.0)
-    assert any("those within 25 km" in note for note in ground.facts["notes"])
-
-
-# --- A distance that lies on a map of heights is that of a larger map, whatever the ground does beyond
 
 STEP, FAR = 10.0, 1000.0
 REALISATIONS, NUMBER = 8, 1000

@@ -1,4 +1,4 @@
-"""Pictures drawn by pyvista without a window: the section of the burst at two times, and the cloud of fragments."""
+"""Pictures of a run by pyvista without a window; ParaView opens burst.xdmf and trajectories.xdmf for all else."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import numpy as np
 
 from fragfield.errors import EXIT_INPUT, InputError
 from fragfield.report.figures.drawing import SPEED_MAP, round_length
-from fragfield.report.reading.run_files import read_run
+from fragfield.results.run import StoredRun
 from fragfield_base.writing import write_bytes
 from fragfield_base.xdmf import check_xdmf
 
@@ -21,7 +21,8 @@ if TYPE_CHECKING:
     import pyvista
     from numpy.typing import NDArray
 
-    from fragfield.report.reading.run_files import RunFiles
+    from flight import Fragments
+    from fragfield.interface.burst import Burst
 
 
 STREAK = 1e-4
@@ -44,18 +45,22 @@ def view_run(run_directory: Path | str, folder: Path | str | None = None) -> lis
 
     Raises InputError: neither burst nor break-up has been run, a file is damaged, or VTK cannot draw here.
     """
-    run = read_run(Path(run_directory), flown=False, case=False)
-    if not run.nodes and not run.fragments:
-        raise InputError(f"{run.folder}: nothing to show; run `fragfield burst` or `fragfield break-up` first")
+    run = StoredRun(run_directory)
+    run.require()
+    if run.snapshot is None and run.launched is None:
+        raise InputError(f"{run.path}: nothing to show; run `fragfield burst` or `fragfield break-up` first")
     if fault := picture_fault():
         raise InputError(fault)
-    target = run.folder / "figures" if folder is None else Path(folder)
+    target = run.path / "figures" if folder is None else Path(folder)
     target.mkdir(parents=True, exist_ok=True)
-    pictures = {"burst": (run.nodes, _burst), "fragments": (run.fragments, _fragments)}
+    pictures = {
+        "burst": lambda: None if run.snapshot is None else _burst(run),
+        "fragments": lambda: None if run.launched is None else _fragments(run.launched),
+    }
     return [
-        write_bytes(target / f"picture_of_{name}.png", _png(draw(run)), InputError)
-        for name, (data, draw) in pictures.items()
-        if data
+        write_bytes(target / f"picture_of_{name}.png", _png(plotter), InputError)
+        for name, draw in pictures.items()
+        if (plotter := draw()) is not None
     ]
 
 
@@ -84,7 +89,7 @@ def picture_fault() -> str:
     )
 
 
-def burst_sections(run: RunFiles) -> list[tuple[float, pyvista.PolyData, pyvista.PolyData]]:
+def burst_sections(run: StoredRun) -> list[tuple[float, pyvista.PolyData, pyvista.PolyData]]:
     """Time (s), section coloured by `speed` (m/s) and outline of the casings, halfway and at the end of the burst.
 
     Images behind planes of symmetry are cut with the rounds; of an axisymmetric burst both sides of the meridian are
@@ -94,25 +99,27 @@ def burst_sections(run: RunFiles) -> list[tuple[float, pyvista.PolyData, pyvista
 
     from burst_fenicsx.meshing.placement import FACING, to_local
 
-    end, points = run.burst_time or 0.0, run.nodes["position"]
-    if run.is_axisymmetric:
-        points = to_local(points, *(run.rounds[0].attributes[key] for key in ("position", "axis")))
-    kind = pyvista.CellType.QUAD if run.is_axisymmetric else pyvista.CellType.HEXAHEDRON
-    last = pyvista.UnstructuredGrid({kind: run.cells["nodes"]}, points)
-    last.cell_data["part"] = np.asarray(run.cells["part"], dtype=np.int32)
-    last.point_data["velocity"] = run.nodes["velocity"]
+    burst = run.snapshot
+    assert burst is not None
+    end, points = burst.time, burst.nodes["position"]
+    if burst.is_axisymmetric:
+        points = to_local(points, burst.rounds[0].position.tolist(), burst.rounds[0].axis.tolist())
+    kind = pyvista.CellType.QUAD if burst.is_axisymmetric else pyvista.CellType.HEXAHEDRON
+    last = pyvista.UnstructuredGrid({kind: burst.cells["nodes"]}, points)
+    last.cell_data["part"] = np.asarray(burst.cells["part"], dtype=np.int32)
+    last.point_data["velocity"] = burst.nodes["velocity"]
     states = [(end, last)]
-    if (path := run.folder / "burst.xdmf").is_file() and (run.folder / "burst").is_dir():
+    if (path := run.path / "burst.xdmf").is_file() and (run.path / "burst").is_dir():
         check_xdmf(path, InputError, "run `fragfield burst` again")  # VTK would crash on damaged files
         reader: Any = pyvista.get_reader(str(path))
         if earlier := [time for time in reader.time_values if 0.0 < time < 0.999 * end]:
             half = min(earlier, key=lambda time: abs(time - 0.5 * end))
             reader.set_active_time_value(half)
             grid = _checked(reader.read(), path)
-            if run.is_axisymmetric:
+            if burst.is_axisymmetric:
                 grid.points = np.asarray(grid.points) @ FACING.T
             states.insert(0, (half, grid))
-    return [(time, *_cut(grid, run)) for time, grid in states]
+    return [(time, *_cut(grid, burst, str(run.path))) for time, grid in states]
 
 
 def _checked(grid: pyvista.UnstructuredGrid, where: Path) -> pyvista.UnstructuredGrid:
@@ -123,21 +130,20 @@ def _checked(grid: pyvista.UnstructuredGrid, where: Path) -> pyvista.Unstructure
     return grid
 
 
-def _cut(grid: pyvista.UnstructuredGrid, run: RunFiles) -> tuple[pyvista.PolyData, pyvista.PolyData]:
-    """The section of a state, and the outline of the casings in it."""
+def _cut(grid: pyvista.UnstructuredGrid, burst: Burst, where: str) -> tuple[pyvista.PolyData, pyvista.PolyData]:
     import pyvista
 
     from transition.placement.mirroring import images
 
     grid.point_data["speed"] = np.linalg.norm(grid.point_data["velocity"], axis=1)
-    copies = [(np.diag([-1.0, 1.0, 1.0]), np.zeros(3))] if run.is_axisymmetric else []
-    copies += [(image.matrix, image.shift) for image in images(run.planes, str(run.folder))]
+    copies = [(np.diag([-1.0, 1.0, 1.0]), np.zeros(3))] if burst.is_axisymmetric else []
+    copies += [(image.matrix, image.shift) for image in images(burst.planes, where)]
     whole = pyvista.merge([grid, *(_copied(grid, *copy) for copy in copies)], merge_points=False)
     casing = whole.extract_cells(np.flatnonzero(whole.cell_data["part"] == _CASING))
-    if run.is_axisymmetric:
+    if burst.is_axisymmetric:
         section, casing_section = whole.extract_surface(algorithm=None), casing.extract_surface(algorithm=None)
     else:  # a hair behind the axis, where planes of the mesh coincide with it
-        height = _axis_of_section(run) + 1e-4 * float(whole.bounds[3] - whole.bounds[2])
+        height = _axis_of_section(burst, where) + 1e-4 * float(whole.bounds[3] - whole.bounds[2])
         section, casing_section = (one.slice(normal="y", origin=(0.0, height, 0.0)) for one in (whole, casing))
     if not casing_section.n_cells:
         return section, casing_section
@@ -154,23 +160,21 @@ def _copied(
     return copy
 
 
-def _axis_of_section(run: RunFiles) -> float:
+def _axis_of_section(burst: Burst, where: str) -> float:
     """The y (m) of the axis that is cut: of the round next to the centre, or before it; the same at all times."""
     from transition.placement.mirroring import images
 
     centres = []
-    for item in run.rounds:
-        position, axis = (np.asarray(item.attributes[key], dtype=np.float64) for key in ("position", "axis"))
-        centre = position + 0.5 * float(item.attributes["length"]) * axis / np.linalg.norm(axis)
-        centres += [centre, *(image.place(centre) for image in images(run.planes, str(run.folder)))]
+    for item in burst.rounds:
+        centre = item.position + 0.5 * item.length * item.axis / np.linalg.norm(item.axis)
+        centres += [centre, *(image.place(centre) for image in images(burst.planes, where))]
     places = [float(centre[1]) for centre in centres]
     middle = 0.5 * (min(places) + max(places))
     # Of two rounds equally near the front one is cut.
     return min(places, key=lambda y: (round(abs(y - middle), 6), y))
 
 
-def _burst(run: RunFiles) -> pyvista.Plotter:
-    """The sections beside each other, with one scale of length and one of speed."""
+def _burst(run: StoredRun) -> pyvista.Plotter:
     sections = burst_sections(run)
     fastest = max(float(section.point_data["speed"].max()) for _, section, _ in sections) or 1.0
     plotter = _plotter((1, len(sections)), (600, 640))
@@ -192,7 +196,6 @@ def _burst(run: RunFiles) -> pyvista.Plotter:
 
 
 def _length_bar(plotter: pyvista.Plotter, low: NDArray[np.float64], high: NDArray[np.float64]) -> None:
-    """A bar of a round length above what is drawn."""
     import pyvista
 
     length = round_length(0.5 * float(high[0] - low[0]))
@@ -203,14 +206,12 @@ def _length_bar(plotter: pyvista.Plotter, low: NDArray[np.float64], high: NDArra
                              text_color="black", always_visible=True)  # fmt: skip
 
 
-def _fragments(run: RunFiles) -> pyvista.Plotter:
-    """The fragments some time on without drag, spheres by mass, coloured by speed."""
+def _fragments(fragments: Fragments) -> pyvista.Plotter:
     import pyvista
 
-    velocity = run.fragments["velocity"]
-    points = pyvista.PolyData(run.fragments["position"] + STREAK * velocity)
-    points.point_data["speed"] = np.linalg.norm(velocity, axis=1)
-    points.point_data["size"] = np.cbrt(run.fragments["mass"])
+    points = pyvista.PolyData(fragments.position + STREAK * fragments.velocity)
+    points.point_data["speed"] = fragments.speed
+    points.point_data["size"] = np.cbrt(fragments.mass)
     # A mean fragment is drawn as a hundredth of the cloud, whatever its size: true sizes may vanish.
     enlarged = 0.009 * float(points.length) / max(float(points.point_data["size"].mean()), 1e-9)
     sphere = pyvista.Sphere(theta_resolution=8, phi_resolution=8)

@@ -12,8 +12,8 @@ import pygeoif
 import pytest
 import xmlschema
 
-from flight.hazard.contours import Contour, cut_line, cut_outline, write_geojson, write_kml
-from flight.hazard.site import Site
+from fragfield.hazard.contours import Contour, cut_line, cut_outline, write_geojson, write_kml
+from fragfield.places.site import Site
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

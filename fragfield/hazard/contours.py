@@ -1,9 +1,8 @@
-"""Contours on a map, as GeoJSON and KML: where the expected density meets the criterion, and the largest throw.
+"""Lines around distances by direction, and contours on a map as GeoJSON and KML.
 
-The largest throw follows each azimuth sector as an arc of a geodesic circle about the origin on WGS 84 (geodesics by
-GeographicLib, Karney 2013), the expected density a smooth line, with points every degree or closer: the chord then
-falls short of the arc by less than 0.004 % of the distance. In the files a contour is cut where it crosses 180 degrees
-of longitude, and outlines run counter-clockwise.
+The largest throw follows each azimuth sector as an arc, the expected density a smooth line, with points every degree or
+closer: the chord then falls short of the arc by less than 0.004 % of the distance. In the files a contour is cut where
+it crosses 180 degrees of longitude, and outlines run counter-clockwise.
 """
 
 from __future__ import annotations
@@ -19,8 +18,8 @@ from xml.etree import ElementTree as ET
 import numpy as np
 
 from flight.errors import InputError
-from flight.hazard.site import longitude_of
 from flight.scene.plan import clipped, signed_area
+from fragfield.places.site import longitude_of
 from fragfield_base.writing import write_text
 
 if TYPE_CHECKING:
@@ -28,18 +27,11 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from flight.hazard.ensemble import EnsembleHazard
-    from flight.hazard.site import Site
+    from fragfield.places.site import Site
 
 
 ARC_STEP = 1.0  # degrees between two points of an arc, at most
 _KML = "http://www.opengis.net/kml/2.2"
-_COLORS = {"expected_density": "#b3361e", "max_throw": "#16365c"}
-_STATISTICS = {
-    "upper": "expected density, upper bound (95 %) by direction",
-    "expected": "expected density by direction",
-}
-_LARGEST = "largest of all realisations"
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,50 +55,6 @@ class Contour:
     opacity: float = 0.0
     label: str = ""
     label_at: tuple[float, float] | None = None
-
-
-def contours_of(found: EnsembleHazard, site: Site) -> list[Contour]:
-    """Contours of an ensemble: where the expected density meets the criterion, with its bound, and the largest throw.
-
-    Over all azimuths the former are circles. What is zero everywhere, or not determined, has no contour.
-    """
-    made: list[Contour] = []
-    expected = found.expected
-    if not found.undetermined:
-        converged = expected.uncertainty <= found.tolerance
-        for statistic, distance in (("upper", expected.upper_by_direction), ("expected", expected.by_direction)):
-            if np.isfinite(distance).all():
-                name = _STATISTICS[statistic]
-                made += _contour(
-                    site, distance, name, "expected_density", statistic, expected.realisations, converged,
-                    expected.kernel,
-                )  # fmt: skip
-    throw = found.by_sector["max_throw"].pooled
-    name = f"farthest fragment by sector, {_LARGEST}"
-    return made + _contour(site, throw, name, "max_throw", "pooled", found.realisations, converged=None)
-
-
-def _contour(
-    site: Site, distance: NDArray[np.float64], name: str, quantity: str, statistic: str, number: int,
-    converged: bool | None, kernel: float | None = None,
-) -> list[Contour]:  # fmt: skip
-    if not distance.max(initial=0.0) > 0.0:
-        return []
-    azimuth, reach = outline(distance) if quantity == "max_throw" else smooth_outline(distance, kernel)
-    ring = site.coordinates(azimuth, reach)
-    kept = np.concatenate([[True], (np.diff(ring, axis=0) != 0.0).any(axis=1)])
-    ring = ring[kept]
-    properties = {
-        "name": name,
-        "quantity": quantity,
-        "statistic": statistic,
-        "realisations": number,
-        "directions": len(distance),
-        "largest_distance_m": round(float(distance.max()), 3),
-    }
-    if converged is not None:
-        properties["converged"] = converged
-    return [Contour(np.concatenate([ring, ring[:1]]), properties, color=_COLORS[quantity])]
 
 
 def outline(distance: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from flight.arguments import require_number
-from flight.errors import InputError
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -66,42 +65,23 @@ class Site:
         return np.where(turned == 360.0, 0.0, turned)  # of a negative rounding error
 
     def coordinates(self, azimuth: ArrayLike, distance: ArrayLike) -> NDArray[np.float64]:
-        """Longitudes and latitudes (k, 2) in degrees at azimuths (degrees from +x counter-clockwise) and distances (m).
+        """Longitudes and latitudes (k, 2) in degrees at azimuths (degrees from +x, counter-clockwise) and distances."""
+        from geographiclib.geodesic import Geodesic
 
-        Raises
-        ------
-        InputError
-            geographiclib is not installed.
-        """
-        geodesic = _geodesic("contours on a map")
-        mask = geodesic.LATITUDE | geodesic.LONGITUDE | geodesic.LONG_UNROLL
+        mask = Geodesic.LATITUDE | Geodesic.LONGITUDE | Geodesic.LONG_UNROLL
         pairs = np.broadcast_arrays(np.asarray(azimuth, dtype=np.float64), np.asarray(distance, dtype=np.float64))
         ends = (
-            geodesic.WGS84.Direct(self.latitude, self.longitude, self.bearing - float(turn), float(length), mask)
+            Geodesic.WGS84.Direct(self.latitude, self.longitude, self.bearing - float(turn), float(length), mask)
             for turn, length in zip(*(values.ravel() for values in pairs), strict=True)
         )
         return np.array([(end["lon2"], end["lat2"]) for end in ends], dtype=np.float64).reshape(-1, 2)
 
     def offsets(self, longitude: ArrayLike, latitude: ArrayLike) -> NDArray[np.float64]:
-        """Where places (degrees) lie: x and y (k, 2) in m from the origin, at their geodesic distance and azimuth.
+        """Where places (degrees) lie: x and y (k, 2) in m from the origin, at their geodesic distance and azimuth."""
+        from geographiclib.geodesic import Geodesic
 
-        Raises
-        ------
-        InputError
-            geographiclib is not installed.
-        """
-        geodesic = _geodesic("positions on a map")
         pairs = zip(np.atleast_1d(longitude).tolist(), np.atleast_1d(latitude).tolist(), strict=True)
-        found = [geodesic.WGS84.Inverse(self.latitude, self.longitude, lat, lon) for lon, lat in pairs]
+        found = [Geodesic.WGS84.Inverse(self.latitude, self.longitude, lat, lon) for lon, lat in pairs]
         turn = np.radians([self.bearing - way["azi1"] for way in found])
         distance = np.array([way["s12"] for way in found])
         return np.column_stack([distance * np.cos(turn), distance * np.sin(turn)])
-
-
-def _geodesic(what: str) -> Any:  # noqa: ANN401 - a class of a library without types
-    """GeographicLib's geodesics; raises InputError where it is not installed."""
-    try:
-        from geographiclib.geodesic import Geodesic  # type: ignore[import-untyped,import-not-found,unused-ignore]
-    except ImportError:
-        raise InputError(f"{what} need geographiclib: pip install geographiclib") from None
-    return Geodesic

@@ -1,16 +1,23 @@
-"""Basis and scope of a result for the case at hand, and its permitted uses."""
+"""Basis, scope and permitted uses of a result for the case at hand; three reasons to trust it and three against."""
 
 from __future__ import annotations
 
+from itertools import chain, islice
 from typing import TYPE_CHECKING
 
 from fragfield.hazard.recommended import RULE
+from fragfield.numbers import number
+from fragfield.report.evidence import bearing
+from fragfield.report.findings import burst_findings, convergence_findings, flight_findings, ledger_findings
+from fragfield.results.words import PARTS
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
 
     from fragfield.case import CaseTable
-    from fragfield.report.reading.run_files import RunFiles
+    from fragfield.report.evidence import Comparison
+    from fragfield.report.findings import Finding
+    from fragfield.results.run import StoredRun
 
 
 _MEANS = {
@@ -20,7 +27,7 @@ _MEANS = {
 }
 
 
-def summary_terms(run: RunFiles) -> str:
+def summary_terms(run: StoredRun) -> str:
     """What the recommended distance and its parts are; nothing before there is one."""
     criteria, hazard = run.criteria, run.summary.hazard
     if hazard is None:
@@ -49,12 +56,12 @@ def summary_terms(run: RunFiles) -> str:
     return f"{text}Distances are measured from the origin given in the case."
 
 
-def limits(run: RunFiles) -> tuple[str, ...]:
+def limits(run: StoredRun) -> tuple[str, ...]:
     """What the result does not cover: only what holds for the case at hand."""
     return tuple(_limits(run))
 
 
-def _limits(run: RunFiles) -> Iterator[str]:
+def _limits(run: StoredRun) -> Iterator[str]:
     yield (
         "Fragments of the casings only: no blast, heat or ground shock, no debris of buildings, vehicles or soil, no "
         "secondary fragments."
@@ -72,11 +79,11 @@ def _limits(run: RunFiles) -> Iterator[str]:
             "Landings, densities, hits on witness surfaces and tables by azimuth are those of that attitude, nose to "
             "azimuth 0."
         )
-    if run.case is not None:
-        yield from _of_flight(run.case, several=many_rounds(run))
+    if run.values is not None:
+        yield from _of_flight(run.values, several=many_rounds(run))
 
 
-def _of_burst(run: RunFiles) -> Iterator[str]:
+def _of_burst(run: StoredRun) -> Iterator[str]:
     if many_rounds(run):
         yield (
             "Every round is assumed to detonate as specified in the case; whether and when neighbours are "
@@ -139,11 +146,11 @@ def _names_of_obstacles(case: CaseTable) -> str:
     return ", ".join(names) if len(names) <= 6 else f"{', '.join(names[:6])} and {len(names) - 6} more"
 
 
-def many_rounds(run: RunFiles) -> bool:
+def many_rounds(run: StoredRun) -> bool:
     """Whether several rounds burst, those behind planes of symmetry among them."""
-    if run.case is None:
+    if run.values is None:
         return len(run.rounds) > 1
-    return len(run.case.round) > 1 or any(plane.kind == "symmetry" for plane in run.case.plane)
+    return len(run.values.round) > 1 or any(plane.kind == "symmetry" for plane in run.values.plane)
 
 
 MAY_BE_USED_FOR = (
@@ -157,3 +164,72 @@ MUST_NOT_BE_USED_FOR = (
     "reducing a distance on the strength of one run, without bands, grid convergence and comparison with tests",
     "rating or improving the effect of a munition on a target, for which this program has no function",
 )
+
+
+_EACH = 3
+_CLOSE = 0.5  # largest difference of a study that speaks for a result
+_DIFFERS = {"m107_1944": "; counted over the whole sphere without gravity: beside the round fragments are denser"}
+"""How the quantity of a study differs from that of a run."""
+
+
+def reasons_for(run: StoredRun) -> list[str]:
+    """Checks that passed: validation by measurement, grid, number of realisations, energy."""
+    checks = chain(convergence_findings(run), flight_findings(run), ledger_findings(run), burst_findings(run))
+    passed = (item.text for item in checks if item.weight == "good")
+    return _three(chain(islice(_measured(run, close=True), 1), passed))
+
+
+def reasons_against(run: StoredRun, found: Sequence[Finding]) -> list[str]:
+    """What was found wrong or doubtful, the gravest first; then missed checks of the validation and limits."""
+    grave = [item.text for item in found if item.weight in ("stop", "warning")]
+    more = len(grave) - _EACH
+    measured = chain(_missed(run), _measured(run, close=False))
+    texts = _three(chain(grave, islice(measured, 1), _left_out(run), limits(run)))
+    if more > 0:
+        texts[-1] += f" {number(more)} more {'warning' if more == 1 else 'warnings'}: see below."
+    return texts
+
+
+def _three(texts: Iterator[str]) -> list[str]:
+    return list(islice((_first_sentence(text) for text in texts), _EACH))
+
+
+def _first_sentence(text: str) -> str:
+    """The first sentence: what is meant, without how to go on; a point within a number or name ends none."""
+    head, point, _ = text.partition(". ")
+    return f"{head}." if point else text
+
+
+def _fitting(run: StoredRun) -> list[Comparison]:
+    """Comparisons that bear on the run; a single round says nothing of what neighbours do to each other."""
+    several = many_rounds(run)
+    return [one for one in bearing(run) if not several or {"stack", "collision"}.intersection(one.subjects)]
+
+
+def _measured(run: StoredRun, *, close: bool) -> Iterator[str]:
+    """By study, of those with all comparisons `close` or of the others: that of the median error, and the largest."""
+    rows = _fitting(run)
+    for study in dict.fromkeys(row.case for row in rows):
+        own = sorted((row for row in rows if row.case == study), key=lambda row: abs(row.error))
+        if (abs(own[-1].error) <= _CLOSE) != close:
+            continue
+        example = own[len(own) // 2]
+        ours, theirs, *_ = example.cells
+        yield (
+            f"Validation {study} ({example.source.partition(';')[0]}): {example.quantity} {ours}, there "
+            f"{theirs}; largest of {len(own)} differences {own[-1].cells[2]}{_DIFFERS.get(study, '')}."
+        )
+
+
+def _missed(run: StoredRun) -> Iterator[str]:
+    missed = [(abs(row.error) / row.tolerance, row) for row in _fitting(run) if row.tolerance]
+    for times, row in sorted(missed, key=lambda one: -one[0]):
+        if times > 1.0:
+            ours, theirs, error, tolerance = row.cells
+            known = f"({error}; the test is known to {tolerance})"
+            yield f"Validation {row.case}: {row.quantity} {ours}, in the test {theirs} {known}."
+
+
+def _left_out(run: StoredRun) -> Iterator[str]:
+    for name, why in run.summary.hazard.not_included.items() if run.summary.hazard else ():
+        yield f"The recommended distance does not include the part “{PARTS[name]}”: {why}."

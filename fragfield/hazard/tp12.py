@@ -21,16 +21,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from flight.arguments import real_array, require_number
+from flight.arguments import real_array, require_number, require_numbers
 from flight.drag import Drag
 from flight.errors import InputError
-from flight.hazard.retardation import Retardation
 from flight.scene.air import STANDARD_GRAVITY
 from flight.shape import HEAVY_PIECES_OF_STACKS
 from fragfield_base.errors import names_allowed
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     from numpy.typing import ArrayLike, NDArray
 
@@ -52,6 +51,103 @@ the mass by 1.6 %, about the same mean."""
 FEWEST = 10  # fragments in the coarse end of a zone, of all realisations
 _SMALLEST = 0.1  # of the mean excess over the edge, in the root of the mass: 0.5 for a Mott law
 _STEP = 1.0  # degrees between the zones that are tried
+_FINEST = 2e-3  # in ln v, of the integral over the drag table
+
+
+def _last_mass(holds: Callable[[float], bool], low: float, high: float) -> tuple[float, float]:
+    """The masses (kg) up to which a condition holds and from which it does not, between two logarithms of masses."""
+    for _ in range(80):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if holds(math.exp(middle)) else (low, middle)
+    return math.exp(low), math.exp(high)
+
+
+@dataclass(frozen=True, eq=False)
+class Retardation:
+    """Straight flight against drag alone, and free fall.
+
+    Along a path dv/ds = -C_D(v/a) rho v (m/k)^(2/3) / (2 m), so that the distance in which a fragment slows down from
+    one speed to another is m^(1/3) times a function of the speeds: for a constant C_D it is L1 m^(1/3) ln(v0 / v).
+
+    Attributes
+    ----------
+    drag : Drag
+        Coefficient over Mach number.
+    density, sound_speed : float
+        Of the air (kg/m3, m/s).
+    shape_factor : float
+        k of the presented area (m/k)^(2/3) (kg/m3).
+    gravity : float
+        m/s2.
+
+    Raises
+    ------
+    InputError
+        A value that is not a number above zero; density and gravity may be zero.
+    """
+
+    drag: Drag
+    density: float
+    sound_speed: float
+    shape_factor: float
+    gravity: float = STANDARD_GRAVITY
+
+    def __post_init__(self) -> None:
+        """Refuse values that mean nothing."""
+        require_numbers("retardation", self, {"density": "kg/m3", "gravity": "m/s2"}, low=0.0)
+        require_numbers("retardation", self, {"sound_speed": "m/s", "shape_factor": "kg/m3"}, above=0.0)
+
+    @property
+    def scale(self) -> float:
+        """2 k^(2/3) / rho (m/kg^(1/3)): L1 times C_D; infinite in a vacuum."""
+        return 2.0 * self.shape_factor ** (2.0 / 3.0) / self.density if self.density > 0.0 else math.inf
+
+    def distance(self, mass: ArrayLike, start: ArrayLike, end: ArrayLike) -> Array:
+        """Distance (m) in which fragments (kg) slow down from `start` to `end` (m/s); 0 where they start slower."""
+        mass, start, end = np.broadcast_arrays(*(np.asarray(one, dtype=np.float64) for one in (mass, start, end)))
+        slows = start > end
+        between = np.zeros(mass.shape)
+        if slows.any():
+            between[slows] = self._between(start[slows], end[slows])
+        with np.errstate(invalid="ignore"):
+            return np.where(slows, self.scale * np.cbrt(mass) * between, 0.0)
+
+    def _between(self, start: Array, end: Array) -> Array:
+        """Integral of dv / (C_D v) between speeds, by the trapezoidal rule in ln v; exact for a constant C_D."""
+        low, high = np.log(np.maximum(end, 1e-9)), np.log(start)
+        grid = np.linspace(low.min(), high.max(), 2 + math.ceil((high.max() - low.min()) / _FINEST))
+        with np.errstate(divide="ignore"):
+            slowness = 1.0 / self.drag.at(np.exp(grid) / self.sound_speed)
+        whole = np.concatenate([[0.0], np.cumsum(0.5 * (slowness[1:] + slowness[:-1]) * np.diff(grid))])
+        return np.asarray(np.interp(high, grid, whole) - np.interp(low, grid, whole))
+
+    def lightest_in_free_fall(self, energy: float) -> float:
+        """Mass (kg) from which on the terminal speed alone gives this energy (J); infinite without weight."""
+        if energy <= 0.0 or not math.isfinite(self.scale):
+            return 0.0
+        if not self.gravity > 0.0:
+            return math.inf
+
+        def floats(
+            mass: float,
+        ) -> bool:  # m g against the drag at the speed sqrt(2 E / m): the one rises, the other falls
+            speed = math.sqrt(2.0 * energy / mass)
+            drag = speed**2 * mass * float(self.drag.at(speed / self.sound_speed))
+            return mass * self.gravity * self.scale * mass ** (1.0 / 3.0) <= drag
+
+        return _last_mass(floats, math.log(1e-12), math.log(1e12))[1]
+
+    def reach(self, mass: ArrayLike, speed: ArrayLike, energy: float) -> Array:
+        """Distances (m) up to which fragments (kg) launched at speeds (m/s) have an energy (J).
+
+        What has it in free fall has it as far as it may fly at all, V^2 / g.
+        """
+        mass, speed = np.broadcast_arrays(*(np.asarray(one, dtype=np.float64) for one in (mass, speed)))
+        near = self.distance(mass, speed, np.sqrt(2.0 * energy / mass))
+        if not self.gravity > 0.0:
+            return near
+        falls = mass >= self.lightest_in_free_fall(energy)
+        return np.where(falls, np.maximum(near, speed**2 / self.gravity), near)
 
 
 def effective_number(side: float, top: float, cover: str = "open") -> float:
@@ -243,13 +339,12 @@ def procedure(
     limit = criteria.density / number
     low = math.log(max(2.0 * criteria.energy / single.speed**2, 1e-12)) if single.speed > 0.0 else 30.0
     high = max(low, 0.0) + 30.0
-    for _ in range(80):  # with the mass the distance rises and the density there falls
-        middle = 0.5 * (low + high)
-        mass = math.exp(middle)
+
+    def dense(mass: float) -> bool:  # with the mass the distance rises and the density there falls
         at = float(retardation.distance(mass, single.speed, math.sqrt(2.0 * criteria.energy / mass)))
-        dense = at <= 0.0 or single.heavier(mass) >= limit * at**2
-        low, high = (middle, high) if dense else (low, middle)
-    flown = math.exp(low)
+        return at <= 0.0 or single.heavier(mass) >= limit * at**2
+
+    flown = _last_mass(dense, low, high)[0]
     reached = float(retardation.distance(flown, single.speed, math.sqrt(2.0 * criteria.energy / flown)))
     falling = retardation.lightest_in_free_fall(criteria.energy)
     if math.isfinite(falling):

@@ -10,17 +10,17 @@ from scipy.integrate import solve_ivp
 
 from flight import Drag, Fragments, InputError
 from flight.hazard.criteria import Criteria, hit_probability
-from flight.hazard.retardation import Retardation
-from flight.hazard.tp12 import (
+from flight.shape import FORGED_STEEL_SHELL, HEAVY_PIECES_OF_STACKS
+from fragfield.hazard.tp12 import (
     MottField,
     PolarField,
+    Retardation,
     beam_distance,
     effective_number,
     procedure,
     solid_angle,
     stack_distance,
 )
-from flight.shape import FORGED_STEEL_SHELL, HEAVY_PIECES_OF_STACKS
 
 PRINTED_AIR = 1.196  # kg/m3: that with which the paper's L1 = 247 and 369 m/kg^(1/3) both come out
 CRITERIA = Criteria()

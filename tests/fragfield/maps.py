@@ -132,7 +132,7 @@ def scattered_holes(shape: tuple[int, int]) -> np.ndarray:
 
 
 FORMS: dict[str, Callable[[Path], tuple[Path, dict[str, Any]]]] = {}
-"""By name: writes the slope into a folder, and returns the file and the arguments of `HeightMap.read`."""
+"""By name: writes the slope into a folder, and returns the file and the arguments of `read_map`."""
 
 
 def _form(function: Callable[[Path], tuple[Path, dict[str, Any]]]) -> Callable[[Path], tuple[Path, dict[str, Any]]]:

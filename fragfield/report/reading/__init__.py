@@ -1,1 +1,0 @@
-"""What the report reads from a run directory."""
