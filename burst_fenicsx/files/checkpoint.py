@@ -74,7 +74,7 @@ def _named(group: str, arrays: Mapping[str, np.ndarray]) -> dict[str, np.ndarray
 def _numbering(solver: BurstSolver) -> str:
     """Digest of the nodes of every cell, on all ranks: another dolfinx may share out and number a mesh otherwise."""
     mesh = solver.fields.mesh
-    digests = mesh.comm.allgather(hashlib.sha256(np.ascontiguousarray(mesh.dofmap, dtype=np.int64)).digest())
+    digests = mesh.comm.allgather(hashlib.sha256(mesh.dofmap.astype(np.int64).tobytes()).digest())
     return hashlib.sha256(b"".join(digests)).hexdigest()
 
 
