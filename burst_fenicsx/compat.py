@@ -1,12 +1,15 @@
 """The only module that knows dolfinx's versions (0.5.2 of Debian 12, 0.9 of Debian 13, up to 0.11) and its wheel.
 
 The wheel needs an order of imports: its libraries find MPI's only once mpi4py has loaded it, and where numba is loaded
-`dolfinx.fem.petsc` puts its HDF5 in the way of an h5py that comes later.
+`dolfinx.fem.petsc` puts its HDF5 in the way of an h5py that comes later. Debian 12's leaves RTLD_GLOBAL set: GEOS of a
+rasterio that comes later would take the place of shapely's.
 """
 
 from __future__ import annotations
 
 import logging
+import os
+import sys
 from typing import TYPE_CHECKING, Any
 
 import h5py  # noqa: F401
@@ -17,6 +20,8 @@ from mpi4py import MPI
 import dolfinx
 import ufl
 from dolfinx import fem, la, mesh
+
+sys.setdlopenflags(os.RTLD_NOW)
 
 if TYPE_CHECKING:
     from collections.abc import Callable

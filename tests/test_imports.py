@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import importlib
+import os
 import pkgutil
 import subprocess
 import sys
@@ -40,6 +41,31 @@ def top_level_modules(statement: str) -> set[str]:
 def test_import_loads_only_what_it_needs(statement: str, forbidden: set[str]) -> None:
     loaded = top_level_modules(statement)
     assert not loaded & forbidden, f"`{statement}` loads {sorted(loaded & forbidden)}"
+
+
+@pytest.mark.dolfinx
+@pytest.mark.parametrize("first", ["import burst_fenicsx.compat, rasterio", "import dolfinx; read_map('no.tif')"])
+def test_rasterio_leaves_shapely_its_own_geos(first: str, tmp_path: Path) -> None:
+    """Beside dolfinx, which may have left RTLD_GLOBAL set: the library of the system then answers for shapely."""
+    pytest.importorskip("burst_fenicsx.compat")
+    pytest.importorskip("rasterio")
+    (tmp_path / "no.tif").write_bytes(b"no map")
+    code = f"""
+from fragfield.places.maps import read_map as read
+def read_map(path):
+    try:
+        read(path)
+    except ValueError:
+        pass
+{first}
+import sys, shapely
+assert "rasterio" in sys.modules
+print(shapely.Point(1, 2).wkt, shapely.constrained_delaunay_triangles(shapely.box(0, 0, 1, 1)).area)
+"""
+    variables = os.environ | {"PYTHONPATH": str(ROOT)}
+    words = [sys.executable, "-c", code]
+    done = subprocess.run(words, cwd=tmp_path, env=variables, capture_output=True, text=True, check=False)
+    assert done.stdout == "POINT (1 2) 1.0\n", done.stderr
 
 
 @pytest.mark.parametrize("name", sorted(OURS))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 import re
 import sys
 import warnings
@@ -96,6 +97,8 @@ def read_map(
     if not path.is_file():
         raise InputError(f"{path}: no such file")
     _refuse_second_libraries(path)
+    # Where the caller has imported Debian 12's dolfinx RTLD_GLOBAL is set: rasterio's GEOS would stand for shapely's.
+    sys.setdlopenflags(os.RTLD_NOW)
     try:
         import pyproj  # noqa: F401
         import rasterio
