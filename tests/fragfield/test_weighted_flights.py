@@ -198,6 +198,7 @@ def any_attitude(broken, *settings):
     return WeightedFlights(load_case(ROUND, ("round.0.attitude=any", "hazard.tolerance=0.15", *settings)), broken, 2)
 
 
+@pytest.mark.slow
 def test_the_worst_attitude_in_wind_is_that_of_the_round_which_stands_so(broken, coarsely):
     """Its distance is no less than in others, and turns with the wind; the nose is tried to one side of it."""
     along = any_attitude(broken, "flight.wind.speed=20 m/s")
@@ -220,6 +221,7 @@ def test_the_worst_attitude_in_wind_is_that_of_the_round_which_stands_so(broken,
     assert max(map(abs, downwind)) < 90.0
 
 
+@pytest.mark.slow
 def test_in_a_breath_of_wind_any_attitude_is_that_of_still_air(broken, coarsely):
     breath = any_attitude(broken, "flight.wind.speed=0.01 m/s")
     still = load_case(ROUND, ("round.0.attitude=any",))
