@@ -260,13 +260,12 @@ def test_where_all_azimuths_are_alike_the_curve_is_taken_at_the_nearest_edge():
     """Its bootstrap's deviation is 0.1 of ten groups: 1.8331 by Student and (10 / 9)^(1/2) of it are the bound."""
     radius = np.geomspace(10.0, 500.0, 400)
     curve = np.stack([radius**-3.0, 2.0 * radius**-3.0])
-    one = np.array([110.0])
+    one, factor = np.array([110.0]), 1.8331 * math.sqrt(10.0 / 9.0)
     expected = ExpectedDistance(
         100.0, 110.0, 2.0, 90.0, 100.0, "all_azimuths", None, 10, 10, None, (), 0.0, np.zeros(1), one, one, radius,
-        curve, curve * math.exp(-0.16448536), curve * math.exp(0.16448536),
+        curve, curve * math.exp(-0.1 * factor), curve * math.exp(0.1 * factor),
     )  # fmt: skip
     entry = assessed(PERSON, expected=expected)
-    factor = 1.8331 * math.sqrt(10.0 / 9.0)
     for name, density in (("density_ground", 77.5**-3.0), ("density_normal", 2.0 * 77.5**-3.0)):
         found = [value_at(entry, f"{name}.{key}") / density for key in ("expected", "upper", "standard_error")]
         assert found == pytest.approx([1.0, math.exp(0.1 * factor), 0.1], rel=1e-4)

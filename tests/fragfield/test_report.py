@@ -234,7 +234,9 @@ def test_damaged_and_foreign_input_is_named(tmp_path):
 def test_nothing_landed_is_no_fault(tmp_path):
     folder = write_run(tmp_path / "run")
     with h5py.File(folder / "landing.h5", "a") as file:
-        file["landing/status"][:] = 2
+        rows = file["landing"][()]
+        rows["status"] = 2
+        file["landing"][...] = rows
     run = Run(folder)
     assert FIGURES["landing_map"].svg(run) is None
     assert FIGURES["density_curve"].svg(run) is None

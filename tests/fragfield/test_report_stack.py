@@ -98,7 +98,7 @@ def test_every_round_has_its_line_with_the_products_balance(pallet):
 def test_contact_is_reported_with_its_overlaps_in_millimetres_and_cells(pallet):
     page = plain_report(pallet)
     rows = {line[0]: line[1] for line in page.tables["Mesh and contact"]}
-    assert rows["Largest overlap of charge and casing, while a front passes 3.5 % of a cell"] == "420.0 µm"
+    assert rows["Largest overlap of charge and casing, while a front passes 7 % of a cell"] == "420.0 µm"
     assert rows["Contacts of charge and casing: bonded"] == "0"
     assert rows["– that have slid off an edge"] == "5,120"
     assert rows["Heat of friction"] == "84 kJ"

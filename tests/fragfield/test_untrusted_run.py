@@ -70,12 +70,12 @@ def test_cells_of_a_series_that_name_no_node_are_refused(run_copy, node, without
         ("fragments.h5", "fly", _attribute("format_version", "one"), "format_version is one, this program reads 1"),
         ("fragments.h5", "fly", _group("fragments/mass"), "/fragments/mass is no array; needed: numbers"),
         ("fragments.h5", "report", _group("fragments/mass"), "/fragments/mass is no array; needed: numbers"),
-        ("fragments.h5", "report", _set("fragments/position", float("nan")), "holds a value that is not finite"),
+        ("fragments.h5", "report", _set("fragments/position", float("nan")), "position of fragment 0 is [nan nan nan]"),
         ("ensemble_fragments.h5", "fly", _names_of_numbers, "/round_names is no list of texts"),
         ("burst_snapshot.h5", "break-up", _attribute("format_version", "one"), "format_version is one"),
         ("burst_snapshot.h5", "report", _group("cells/nodes"), "/cells/nodes is no array; needed: whole numbers"),
         ("burst_snapshot.h5", "report", _set("cells/part", 9), "/cells/part holds values from 0 to 9; allowed: 0 to 2"),
-        ("landing.h5", "report", _attribute("format_version", "one"), "format_version is one, this program reads 1"),
+        ("landing.h5", "report", _attribute("format_version", "one"), "format_version is one, this program reads 2"),
     ],
 )
 def test_types_and_values_that_cannot_be_are_refused(run_copy, name, command, change, words):
