@@ -4,7 +4,7 @@
 # Debian's python3-rasterio next (GDAL, GEOS 3.11.1) and PyPI's shapely 2.1.2 after it (GEOS 3.13.1 of its own), shapely's
 # C interface calls the system's GEOS: areas are right, but the text of every geometry, `str(Point(1, 2))`, ends in
 # "WKT output dimension must be 2 or 3". In any other order, or without dolfinx, all is well. Cure: after the import
-# sys.setdlopenflags(os.RTLD_NOW). Not so with PyPI's wheel of dolfinx 0.11, which sets no flags.
+# sys.setdlopenflags(os.RTLD_NOW). Debian 13 (0.9.0) and the wheel of PyPI (0.11) leave the flags as they were.
 # Needs Debian 12 with python3-dolfinx-real and python3-rasterio. Fails where the behaviour changes.
 set -eu
 /usr/bin/python3 -c "import dolfinx, rasterio" 2>/dev/null || { echo "skipped: needs Debian 12's dolfinx and rasterio"; exit 77; }
