@@ -31,8 +31,9 @@ let_threads_sleep()
 
 
 def digest_of(files: Iterable[Path]) -> str:
-    """Names a state of source files: kernels compiled from another one are not used."""
-    return hashlib.sha256(b"".join(path.read_bytes() for path in sorted(files))).hexdigest()[:16]
+    """Names a state of source files and of how they are compiled: kernels of another one are not used."""
+    how = (Path(__file__), Path(__file__).with_name("kernel_pipeline.py"))
+    return hashlib.sha256(b"".join(path.read_bytes() for path in (*sorted(files), *how))).hexdigest()[:16]
 
 
 def compiled_with(

@@ -18,7 +18,7 @@ from openpyxl.comments import Comment
 import flight
 from fragfield.hazard.verdict import part_of_criterion
 from fragfield.results.site import ExposedSite
-from tests.flight import maps
+from tests.fragfield import maps
 from tests.fragfield.drawn_shells import write_dxf
 from tests.fragfield.short_run import invoke
 from tests.fragfield.test_places import at
