@@ -44,7 +44,9 @@ def test_import_loads_only_what_it_needs(statement: str, forbidden: set[str]) ->
 
 
 @pytest.mark.dolfinx
-@pytest.mark.parametrize("first", ["import burst_fenicsx.compat, rasterio", "import dolfinx; read_map('no.tif')"])
+@pytest.mark.parametrize(
+    "first", ["import burst_fenicsx.compat, rasterio", "import mpi4py.MPI, dolfinx; read_map('no.tif')"]
+)
 def test_rasterio_leaves_shapely_its_own_geos(first: str, tmp_path: Path) -> None:
     """Beside dolfinx, which may have left RTLD_GLOBAL set: the library of the system then answers for shapely."""
     pytest.importorskip("burst_fenicsx.compat")
