@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import struct
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -19,6 +20,8 @@ _APART = 10.0  # m, by which a site's two positions may differ
 _EAST = 90.0  # degrees, bearing of +x on a map's own grid
 _LIKE_DEGREES = 0.1  # cells without a coordinate system that are smaller are taken for degrees
 SURVEY_FOOT = 1200.0 / 3937.0
+_DIRECTORY = 34735  # the TIFF tag of a GeoTIFF's keys, of short integers
+_UNIT_KEYS = {3076: "coordinates", 4099: "heights"}  # ProjLinearUnitsGeoKey, VerticalUnitsGeoKey
 
 Place = tuple[float, float]
 Earth = tuple[float, float, float]
@@ -168,3 +171,53 @@ def _position(
             f"{given[1] * unit:.10g} m on this map ({crs.name}); leave one of the two out"
         )
     return given, f"x = y = 0 by the map's grid, {apart:.2g} m from the place by latitude and longitude"
+
+
+def refuse_other_units(path: Path, plan: float | None, height: float) -> None:
+    """Refuse a GeoTIFF whose own keys state other units than GDAL, which drops some of them and then says metres.
+
+    `plan` (None: degrees) and `height` are the units that GDAL reports (m).
+    """
+    keys = _geo_keys(path)
+    if not keys.keys() & _UNIT_KEYS.keys():
+        return
+    from pyproj.database import get_units_map
+
+    sizes = {int(unit.code): unit.conv_factor for unit in get_units_map(auth_name="EPSG", category="linear").values()}
+    for (key, what), reported in zip(_UNIT_KEYS.items(), (plan, height), strict=True):
+        stated = keys.get(key)
+        if stated is None or reported is None:
+            continue
+        if stated not in sizes or abs(sizes[stated] / reported - 1.0) > 1e-9:
+            raise InputError(
+                f"{path}: its {what} are in the unit EPSG:{stated} by its GeoTIFF keys, and in units of "
+                f"{reported:.9g} m by its coordinate system; set it right: gdal_edit.py -a_srs"
+            )
+
+
+def _geo_keys(path: Path) -> dict[int, int]:
+    """Keys that hold a short integer, of the first image; none where the file cannot be followed.
+
+    OGC GeoTIFF 1.1, section 7: a directory of four short integers a key, its value in the fourth where the second is 0.
+    """
+    with path.open("rb") as file:
+        head = file.read(16)
+        order = {b"II": "<", b"MM": ">"}.get(head[:2])
+        if order is None:
+            return {}
+        big = struct.unpack(f"{order}H", head[2:4])[0] == 43
+        count, entry, offset = ("Q", "HHQQ", head[8:16]) if big else ("H", "HHII", head[4:8])
+        try:
+            file.seek(struct.unpack(f"{order}{entry[-1]}", offset)[0])
+            (number,) = struct.unpack(f"{order}{count}", file.read(struct.calcsize(f"{order}{count}")))
+            size = struct.calcsize(f"{order}{entry}")
+            for _ in range(min(number, 1000)):
+                tag, _, length, place = struct.unpack(f"{order}{entry}", file.read(size))
+                if tag == _DIRECTORY and length >= 4:
+                    file.seek(place)
+                    values = struct.unpack(f"{order}{min(length, 4000)}H", file.read(2 * min(length, 4000)))
+                    keys = zip(*(values[start::4] for start in (4, 5, 7)), strict=False)
+                    return {key: value for key, inside, value in keys if inside == 0}
+        except (struct.error, OSError, ValueError, OverflowError):
+            return {}  # GDAL says what is wrong with it
+    return {}

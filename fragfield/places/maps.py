@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from flight import FlightWarning, HeightMap, InputError
-from fragfield.places.map_plane import SURVEY_FOOT, plane_of, unit_words
+from fragfield.places.map_plane import SURVEY_FOOT, plane_of, refuse_other_units, unit_words
 from fragfield_base.reading import read_text
 from fragfield_base.units import UnitError, read_measure
 
@@ -39,6 +39,11 @@ _SETTINGS = {  # above the user's environment: a map has one meaning
     "AAIGRID_DATATYPE": "Float64", "GDAL_PAM_ENABLED": "YES", "GDAL_GEOREF_SOURCES": "PAM,INTERNAL,WORLDFILE",
     "GDAL_DISABLE_READDIR_ON_OPEN": "FALSE", "GTIFF_POINT_GEO_IGNORE": "FALSE", "GTIFF_REPORT_COMPD_CS": "YES",
 }  # fmt: skip
+_OF_BANDS = (
+    ("nodatavals", "nodata value", None), ("scales", "scale", 1.0), ("offsets", "offset", 0.0),
+    ("units", "unit of heights", None),
+)  # fmt: skip
+_WORLD_FILES = (".tfw", ".tifw", ".tiffw", ".wld", ".TFW", ".WLD")
 _FARTHEST = 25_000.0  # m from x = y = 0 along x and y, to which a map is read; no fragment flies farther
 _MOST_NODES, _MOST_PACKED = 200_000_000, 8000  # nodes, and those in a byte of a packed file
 _NARROW, _NARROW_NODES = 30.0, 4  # m, and nodes: a hole as wide as one of them is known by its rim
@@ -112,6 +117,7 @@ def read_map(
         warnings.simplefilter("ignore", rasterio.errors.NotGeoreferencedWarning)  # refused below
         try:
             with rasterio.open(path, driver=driver) as dataset:
+                _refuse_contradictions(path, driver, dataset)
                 heights, step, corner, facts = _read(path, form, dataset, site, earth, band, height_unit)
         except InputError:
             raise
@@ -148,6 +154,40 @@ def _refuse_words(path: Path) -> None:
         raise InputError(f"{path}: holds {wrong[0][:40]!r}, needed: a number")
 
 
+def _refuse_contradictions(path: Path, driver: str, dataset: Any) -> None:  # noqa: ANN401 - rasterio has no types
+    """Refuse what lies beside a map and says otherwise than the map itself; it may say what the map does not."""
+    import rasterio
+
+    if path.with_suffix(".tfwx").is_file():
+        raise InputError(
+            f"{path}: {path.stem}.tfwx beside it: the map was fitted, not rectified; rectify and export it"
+        )
+    added = Path(f"{path}.aux.xml")
+    world = next((one for one in map(path.with_suffix, _WORLD_FILES) if one.is_file()), None)
+    if world is None and not added.is_file():
+        return
+    apart = None
+    with rasterio.Env(GDAL_PAM_ENABLED="NO", GDAL_GEOREF_SOURCES="INTERNAL"), rasterio.open(path, driver=driver) as own:
+        place = own.transform
+        on_earth = own.crs and (own.crs.is_geographic or own.crs.is_projected)
+        if on_earth and own.crs != dataset.crs:
+            apart = "coordinate system", added
+        for attribute, what, nothing in _OF_BANDS:
+            stated = getattr(own, attribute)
+            if any(one != nothing for one in stated) and stated != getattr(dataset, attribute):
+                apart = what, added
+    if not place.is_identity:
+        if place != dataset.transform:
+            apart = "position", added
+        if world is not None:
+            with rasterio.Env(GDAL_PAM_ENABLED="NO", GDAL_GEOREF_SOURCES="WORLDFILE"), rasterio.open(path) as other:
+                if not place.almost_equals(other.transform, 0.05 * abs(place.determinant) ** 0.5):
+                    apart = "position", world
+    if apart is not None:
+        what, beside = apart
+        raise InputError(f"{path}: its {what} differs from that in {beside.name} beside it; remove one of the two")
+
+
 def _read(
     path: Path, form: str, dataset: Any, site: Place | None, earth: Earth | None, band: int | None,  # noqa: ANN401
     height_unit: str | None,
@@ -161,9 +201,17 @@ def _read(
     if whole.is_identity or whole.is_degenerate or not all(map(math.isfinite, whole)):
         what = "control points alone" if dataset.gcps[0] else "no position and scale"
         raise InputError(f"{path}: has {what}; needed: a map with coordinates (gdalwarp makes one of control points)")
+    if dataset.driver == "AAIGrid" and whole.a <= 0.0:
+        raise InputError(f"{path}: cells of {whole.a:g}; needed: a cellsize above 0")
     _refuse_missing_blocks(path, dataset, number)
     crs = _crs(path, dataset)
     factor, words = _height_unit(path, crs, dataset.units[number - 1], height_unit)
+    if dataset.driver == "GTiff" and crs is not None:
+        flat = not crs.is_geographic and bool(crs.axis_info)
+        unit = dataset.units[number - 1]
+        refuse_other_units(
+            path, crs.axis_info[0].unit_conversion_factor if flat else None, _metres_of(path, unit) if unit else 1.0
+        )
     affine, plane = plane_of(path, dataset, crs, site, earth)
     facts: dict[str, Any] = {"format": form, **plane.words, **words, "notes": []}
     scale, offset = dataset.scales[number - 1], dataset.offsets[number - 1]
