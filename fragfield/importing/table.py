@@ -74,7 +74,7 @@ class ImportedTable:
     rounds : float
         That the numbers of a pit test are of.
     provenance : dict of str
-        Goes beside the file that is written.
+        Source with its SHA-256, what was concluded and left out: comments at the head of the file that is written.
     """
 
     kind: str
@@ -97,13 +97,16 @@ class ImportedTable:
         if target.resolve() == self.source.resolve():
             raise InputError(f"{target}: is the file that was read; name another with --out")
         try:
-            if not isinstance(self.content, dict):
-                return self.content.write(target)
-            write_columns(target, self.content)
+            if isinstance(self.content, dict):
+                write_columns(target, self.content)
+            else:
+                self.content.write(target)
         except FlightInputError as error:
             raise InputError(str(error)) from None
-        if self.rounds != 1.0:  # a comment that our reader of pit tests takes the number from
-            write_bytes(target, f"# rounds = {self.rounds:.10g}\n".encode() + target.read_bytes(), InputError)
+        head = [f"# {key}: {' '.join(value.split())}\n" for key, value in self.provenance.items() if value]
+        if self.rounds != 1.0:  # our reader of pit tests takes the number from this comment
+            head.append(f"# rounds = {self.rounds:.10g}\n")
+        write_bytes(target, "".join(head).encode() + target.read_bytes(), InputError)
         return target
 
     def __repr__(self) -> str:

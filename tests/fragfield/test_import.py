@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import numpy as np
 import openpyxl
 import pytest
@@ -156,6 +157,14 @@ def test_pit_tables_of_several_rounds_say_so(tmp_path):
     found = fragfield.import_table(tmp_path / "t.csv", number_of_rounds=2)
     counts = read_counts(found.write(tmp_path / "pit.csv"))
     assert (counts.rounds, counts.number) == (2.0, (196.0, 80.0, 20.0))
+
+
+def test_the_file_says_where_it_is_from(tmp_path):
+    source = tmp_path / "t.csv"
+    source.write_text("m > [g];N\n0,5;296\n2;100\n8;20\n")
+    written = fragfield.import_table(source).write(tmp_path / "pit.csv").read_text()
+    assert f"# source: t.csv\n# source_sha256: {hashlib.sha256(source.read_bytes()).hexdigest()}\n" in written
+    assert "# concluded: " in written
 
 
 @pytest.mark.parametrize(

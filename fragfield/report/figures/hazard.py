@@ -205,8 +205,8 @@ def _of_x(run: StoredRun) -> str:
 @figure(
     "attitude_curve", "Distance by attitude",
     "Distance by the inclination of the rounds from upright, each in its worst direction; of an arrangement that is "
-    "not axisymmetric the worst roll of each inclination. In wind each is of an eighth of the fragments; the worst were "
-    "flown again with all, for the distance.",
+    "not axisymmetric the worst roll of each inclination. In wind each is of an eighth of the fragments; the worst "
+    "were flown again with all, for the distance.",
 )  # fmt: skip
 def _attitude_figure(run: StoredRun) -> Figure | None:
     hazard = run.summary.hazard
