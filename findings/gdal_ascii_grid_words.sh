@@ -1,5 +1,5 @@
 #!/bin/sh
-# ESRI ASCII grids in GDAL 3.10.3 (rasterio 1.4.4): what is no number in place of a height is read as far as it looks like
+# ESRI ASCII grids in GDAL 3.10.3 (rasterio 1.4.4): text in place of a height is read as far as it looks like
 # one, or as 0, without an error or a warning: "two" and "-" become 0, "2O" (the letter) 2, and "1,500.5", a comma between
 # thousands, 1.5, since a comma counts as the decimal sign. "far" in place of xllcorner is 0 as well, which lays the map at
 # the origin, and a cellsize of -10 turns it over. A height map for a distance so gets a pit or another place unseen.
