@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from fragfield.errors import InputError
 from fragfield.hazard.site_map import COLORS, KINDS, VERDICTS, extent_of
 from fragfield.report.figures.site import north_of, site_shapes
-from fragfield.version import __version__
+from fragfield_base.version import __version__
 from fragfield_base.writing import write_text
 
 if TYPE_CHECKING:
