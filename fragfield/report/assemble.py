@@ -7,7 +7,7 @@ import subprocess
 from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
-from functools import cache, partial
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -20,7 +20,7 @@ from fragfield.hazard.verdict import criterion_words, part_text
 from fragfield.numbers import SPACE, number
 from fragfield.report.figures.registered import FIGURES
 from fragfield.report.map_page import write_map
-from fragfield.report.sections import SECTIONS, STUDY, Section, catalogue, digest_of
+from fragfield.report.sections import SECTIONS, STUDY, Section, digest_of
 from fragfield.results.run import StoredRun
 from fragfield.results.words import margin_metres, rounded_metres, whole_metres
 from fragfield.version import __version__
@@ -68,29 +68,16 @@ class _Illustration:
 
 
 def write_report(run_dir: Path | str, path: Path | str | None = None, *, pictures: bool = True) -> Path:
-    """Write the report of a run, whole or in part, and its map where there is one.
+    """Write the report of a run, whole or in part, and its map where there is one; the page opens offline.
 
-    Parameters
-    ----------
-    run_dir : Path
-        The run directory; only its files are read.
-    path : Path, optional
-        The page to write; left out: `report.html` in the run directory. Figures go to `figures` beside it.
-    pictures : bool
-        Draw the burst and the fragments by VTK; where VTK cannot draw, the report says so and goes on.
+    `path`: left out, `report.html` in the run directory; figures go to `figures` beside it. `pictures`: of burst and
+    fragments by VTK; where it cannot draw the report says so and goes on.
 
-    Returns
-    -------
-    Path
-        The page: one file that opens offline.
-
-    Raises
-    ------
-    InputError
-        No run directory, a damaged file in it, or no right to write.
+    Raises InputError: no run directory, a damaged file in it (nothing is written then), or no right to write.
     """
     run = StoredRun(run_dir)
-    run.read_whole()
+    run.require()
+    _ = run.summary, run.values, run.study, run.snapshot, run.launched, run.landed, run.ensemble
     target = Path(path) if path is not None else run.path / "report.html"
     names = [name for name in FIGURES if not name.startswith("uncertainty_") or run.study]
     written = _write(run, target, SECTIONS, names, pictures=pictures)
@@ -99,11 +86,7 @@ def write_report(run_dir: Path | str, path: Path | str | None = None, *, picture
 
 
 def write_uncertainty_page(folder: Path, run_directory: Path, found: UncertaintyResult) -> Path:
-    """Write uncertainty.html and its figures.
-
-    `folder`: the study's; `run_directory`: the nominal run, for title, document number and version; `found`:
-    what the samples say.
-    """
+    """Write uncertainty.html and its figures into a study's folder, under title and number of its nominal run."""
     run = StoredRun(run_directory)
     run.study = found
     target = folder / "uncertainty.html"
@@ -183,7 +166,6 @@ def _render(run: StoredRun, sections: Sequence[Section], drawn: Mapping[str, _Il
 
     every = {
         "run": run, "document": document, "hazard": run.summary.hazard, "figures": figures,
-        "catalogue": partial(catalogue, run),
     }  # fmt: skip
     shown: list[dict[str, Any]] = []
     for section in sections:
@@ -221,9 +203,9 @@ def _environment() -> Environment:
     environment.filters |= {
         "css_text": css_text,
         "code": code_words,
-        "worded": _worded,
+        # by column, whether it holds words, which are broken and begin at the left
+        "worded": lambda lines: [max(map(len, column)) > _LONGEST_NUMBER for column in zip(*lines, strict=True)],
         "number": number,
-        "mm": lambda metres: number(round(1e3 * float(metres), 1), 4),
         "metres": whole_metres,
         "whole": rounded_metres,
         "margin": margin_metres,
@@ -235,11 +217,6 @@ def _environment() -> Environment:
         "direction": lambda one: direction_words(one.azimuth_deg, one.bearing_deg, whole=True),
     }
     return environment
-
-
-def _worded(lines: Sequence[Sequence[str]]) -> list[bool]:
-    """By column, whether it holds words, which are broken and begin at the left."""
-    return [any(len(cell) > _LONGEST_NUMBER for cell in column) for column in zip(*lines, strict=True)]
 
 
 def _few(value: float | None) -> str:

@@ -9,10 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fragfield.case.tables.round import ExplosiveTable
 from fragfield.hazard.recommended import RULE
 from fragfield.hazard.to_apply import USES
-from fragfield.hazard.verdict import exposed_rounds
 from fragfield.numbers import SPACE, UNKNOWN, Row, number, row
 from fragfield.pipeline.grid_convergence import KINDS
 from fragfield.quantities import shown
@@ -22,12 +20,10 @@ from fragfield.report.findings import counted_groups, findings
 from fragfield.report.first_page import what_was_computed
 from fragfield.report.statements import reasons_against, reasons_for
 from fragfield.report.study import of_distance, study
-from fragfield.results.part import to_json
-from fragfield.results.words import basis_words, distances, headline, metres_and_error, whole_metres
-from fragfield_base.substances import substance_title
+from fragfield.results.words import basis_words, distances, headline, whole_metres
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator
+    from collections.abc import Callable, Iterator
     from pathlib import Path
 
     from fragfield.quantities import Quantity
@@ -225,82 +221,32 @@ def _rules(run: StoredRun) -> dict[str, Any] | None:
     }
 
 
-@section("flight", "Flight", annex=True)
-def _flight(run: StoredRun) -> dict[str, Any] | None:
-    flight = run.summary.flight
-    if flight is None:
-        return None
-    area, rows = flight.presented_area, [*catalogue(run, "flight", "flight.recovered", "flight.contact")]
-    words = area.model + (" " + ":".join(f"{ratio:g}" for ratio in area.ratios) if area.ratios else "")
-    words += f", spread {area.spread:g}" if area.spread is not None else ""
-    low, high = number(area.shape_factor_5_percent), number(area.shape_factor_95_percent)
-    factors = f"{low} kg/m³" if low == high else f"{low} to {high} kg/m³ for 90 % of the fragments"
-    rows.append(row("Presented areas", words, "", f"shape factor {factors}"))
-    rows += [row(f"Fragments through “{one.name}”", one.hits) for one in run.summary.witness or ()]
-    return {
-        "flight_rows": rows, "obstacles": run.summary.obstacle or (), "directed": "flight" not in run.missing,
-        "has_map": site_shapes(run) is not None,
-    }  # fmt: skip
+@section("numbers", "Numbers of the run", annex=True)
+def _numbers(run: StoredRun) -> dict[str, Any] | None:
+    """What the catalogue marks for a report, by stage; all else is in summary.json and the tables of the run."""
+    numbers = {f"Numbers of the {title}": numbers_of(run, stage) for stage, title in _STAGES.items()}
+    rounds = run.summary.burst.rounds if run.summary.burst else ()
+    return {"numbers": numbers, "rounds": rounds} if any(numbers.values()) else None
 
 
-@section("break-up", "Break-up", stage="break-up", annex=True)
-def _break_up(run: StoredRun) -> dict[str, Any] | None:
-    if (launched := run.launched) is None:
-        return None
-    mass, speed = launched.mass, launched.speed
-    rows = [
-        row("Fragments", len(mass)),
-        row("Mass of all", float(mass.sum()), "kg"),
-        row("Mean mass", float(mass.mean()) if len(mass) else None, "kg"),
-        row("Heaviest", float(mass.max(initial=0.0)), "kg"),
-        row("Fastest", float(speed.max(initial=0.0)), "m/s"),
-    ]
-    return {"fragment_rows": [*rows, *(catalogue(run, "break_up") if run.fragments_file is None else ())]}
+_STAGES = {"burst": "burst", "break-up": "break-up", "fly": "flight"}
 
 
-@section("burst", "Burst", stage="burst", annex=True)
-def _burst(run: StoredRun) -> dict[str, Any] | None:
-    from burst_fenicsx.symmetry import symmetry_words
-
-    burst = run.summary.burst
-    if "burst" not in run.expected_stages or burst is None:
-        return None
-    size = burst.cell_size
-    rows = [row("Cell size", size, "m"), *(line for one in shown("mesh", "burst") for line in one.rows(run.summary))]
-    words = {"3d": "three dimensions", "axisymmetric": "axisymmetric"}[burst.geometry]
-    rows.append(row("Geometry of the burst", words, "", burst.geometry_reason))
-    for line in symmetry_words(to_json(burst.symmetry)):
-        head, _, rest = line.partition(": ")
-        rows.append(Row(head.capitalize(), rest))
-    for one in shown("report", "burst.contact", "burst.passed_through"):
-        overlap = one.of(run.summary) if size and one.unit == "m" else None
-        note = f"{number(100 * overlap / size, 2)} % of a cell" if overlap and size else ""
-        rows += [Row(line.name, line.value, line.si, note) for line in one.rows(run.summary)]
-    charges = [entry.explosive for entry in run.values.round] if run.values is not None else []
-    sources = {one.critical_energy_source for one in charges if isinstance(one, ExplosiveTable)} - {""}
-    fills = {one.name: substance_title(one.explosive) for one in run.rounds}
-    lines = [
-        (
-            one.name, fills.get(one.name, "–"), number(one.casing_mass, 4), number(one.charge_mass, 4),
-            number(one.charge_mass / one.casing_mass, 3), number(round(one.mean_initial_speed)),
-            number(round(one.max_initial_speed)), number(round(1e3 * one.outer_diameter)),
-            number(100 * one.products_balance, 4),
-        )
-        for one in burst.rounds
-    ]  # fmt: skip
-    return {
-        "mesh_rows": rows, "rounds": burst.rounds, "round_lines": lines,
-        "exposures": list(exposed_rounds(burst.rounds)),
-        "exposure_note": " ".join([_EXPOSURE_NOTE, *sorted(sources)]),
-    }  # fmt: skip
-
-
-_EXPOSURE_NOTE = (
-    "Strongest pulse: that of the most energy per area, the integral of p²/(ρ₀U) while a cell's pressure stays above "
-    "the floor (Walker and Wasley 1969), in the unreacted charge, as the constant pressure and the time that have the "
-    "same integrals of p and p². Published energies depend on how the charge was made. Largest cells: those that "
-    "resolve the pulse."
-)
+def numbers_of(run: StoredRun, stage: str) -> list[Row]:
+    """What the catalogue lists of a stage in a report."""
+    rows = [line for one in shown("report") if one.stage == stage for line in one.rows(run.summary)]
+    if stage == "fly":
+        rows += [row(f"Hits on “{one.name}”", one.hits) for one in run.summary.witness or ()]
+        rows += [
+            row(
+                f"Hits on {one.kind} “{one.name}”",
+                one.hits,
+                "",
+                f"hazardous {one.hazardous_hits}, stopped {one.stopped}",
+            )
+            for one in run.summary.obstacle or ()
+        ]
+    return rows
 
 
 @section("validation", "Validation of this version", annex=True)
@@ -341,29 +287,3 @@ def digest_of(path: Path) -> str:
 @section("inputs", "Inputs as resolved", annex=True)
 def _inputs(run: StoredRun) -> dict[str, Any]:
     return {"case_text": None if run.values is None else run.case_text}
-
-
-@section("attitudes", "Distance by attitude", annex=True)
-def _attitudes(run: StoredRun) -> dict[str, Any] | None:
-    curve = run.summary.hazard.attitude.curve if run.summary.hazard else ()
-    if not curve:
-        return None
-    rolled = any(one.roll_deg for one in curve)
-    head = (
-        "Inclination (°)", *(("Roll (°)",) if rolled else ()), "Expected distance (m), upper bound",
-        "Of the expected density", "Worst direction from the nose (°)", "Realisations",
-    )  # fmt: skip
-    lines = [
-        (
-            number(one.inclination_deg, 4), *((number(one.roll_deg, 4),) if rolled else ()),
-            whole_metres(one.upper), metres_and_error(one.expected, one.standard_error, SPACE),
-            "all alike" if one.direction_deg is None else f"{one.direction_deg:g}", number(one.realisations),
-        )
-        for one in curve
-    ]  # fmt: skip
-    return {"head": head, "lines": lines}
-
-
-def catalogue(run: StoredRun, *parts: str) -> Iterable[Row]:
-    """What the catalogue lists of parts of the summary in a report."""
-    return [line for one in shown("report", *parts) for line in one.rows(run.summary)]
