@@ -1,11 +1,12 @@
-"""Writes the report: figures to files, and sections by their templates into one self-contained HTML page."""
+"""Writes the report, figures to files and sections by their templates into one self-contained page, and the map."""
 
 from __future__ import annotations
 
 import base64
+import json
 import subprocess
 from contextlib import contextmanager, nullcontext
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from datetime import UTC, datetime
 from functools import cache
 from pathlib import Path
@@ -15,11 +16,12 @@ from markupsafe import Markup, escape
 
 from fragfield.case.conversion.surroundings import direction_words
 from fragfield.errors import EXIT_INPUT, InputError
+from fragfield.hazard.site_map import COLORS, KINDS, VERDICTS, extent_of
 from fragfield.hazard.to_apply import USES
 from fragfield.hazard.verdict import criterion_words, part_text
 from fragfield.numbers import SPACE, number
 from fragfield.report.figures.registered import FIGURES
-from fragfield.report.map_page import write_map
+from fragfield.report.figures.site import north_of, site_shapes
 from fragfield.report.sections import SECTIONS, STUDY, Section, digest_of
 from fragfield.results.run import StoredRun
 from fragfield.results.words import margin_metres, rounded_metres, whole_metres
@@ -81,7 +83,7 @@ def write_report(run_dir: Path | str, path: Path | str | None = None, *, picture
     target = Path(path) if path is not None else run.path / "report.html"
     names = [name for name in FIGURES if not name.startswith("uncertainty_") or run.study]
     written = _write(run, target, SECTIONS, names, pictures=pictures)
-    write_map(run, target.with_name("map.html"), identity=identity_line(run), written=written)
+    _write_map(run, target.with_name("map.html"), written)
     return target
 
 
@@ -261,3 +263,29 @@ def identity_line(run: StoredRun) -> str:
     numbers = run.path / "summary.json"
     digest = f"{numbers.name} SHA-256 {digest_of(numbers)}" if numbers.is_file() else ""
     return " · ".join(part for part in (document.classification, document.number, revision, digest) if part)
+
+
+def _write_map(run: StoredRun, path: Path, written: str) -> None:
+    if (found := site_shapes(run)) is None:
+        return
+    from fragfield.case.conversion.surroundings import site_of
+    from fragfield.places.site import POINTS
+
+    (case, shapes), to_apply, identity = found, run.summary.distance_to_apply, identity_line(run)
+    low, high = extent_of(shapes)
+    drawn: list[dict[str, Any]] = [{**vars(shape), "points": shape.points.round(3).tolist()} for shape in shapes]
+    site = site_of(case)
+    data = {
+        "shapes": drawn, "kinds": KINDS, "colors": COLORS, "compass": POINTS,
+        "verdicts": {name: asdict(style) for name, style in VERDICTS.items()},
+        "extent": [low.tolist(), high.tolist()], "origin": list(case.flight.origin), "north": north_of(case),
+        "site": None if site is None else asdict(site),
+    }  # fmt: skip
+    # "</" ends a script element wherever it stands
+    text = json.dumps(data, allow_nan=False).replace("</", "<\\/")
+    page = _environment().get_template("map.html").render(
+        title=run.title, to_apply=to_apply.line if to_apply else "", data=text,
+        identity=f"{identity} · " if identity else "", written=written,
+        program_version=run.provenance.get("program_version") or __version__,
+    )  # fmt: skip
+    write_text(path, page, InputError)

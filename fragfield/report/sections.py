@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from fragfield.case.conversion.attitude import attitude_of, attitude_words
+from fragfield.case.conversion.surroundings import air_words, wind_words
 from fragfield.hazard.recommended import RULE
 from fragfield.hazard.to_apply import USES
 from fragfield.numbers import SPACE, UNKNOWN, Row, number, row
@@ -17,18 +20,19 @@ from fragfield.quantities import shown
 from fragfield.report import evidence, statements
 from fragfield.report.figures.site import site_shapes
 from fragfield.report.findings import counted_groups, findings
-from fragfield.report.first_page import what_was_computed
 from fragfield.report.statements import reasons_against, reasons_for
-from fragfield.report.study import of_distance, study
-from fragfield.results.words import basis_words, distances, headline, whole_metres
+from fragfield.results.words import basis_words, distances, headline, parts_of, parts_words, whole_metres
+from fragfield_base.substances import substance_title
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
     from pathlib import Path
 
+    from fragfield.case import CaseTable
     from fragfield.quantities import Quantity
     from fragfield.results.convergence import ConvergedQuantity
     from fragfield.results.run import StoredRun
+    from fragfield.results.uncertainty import UncertaintyResult
 
     Context = Callable[[StoredRun], dict[str, Any] | None]
 
@@ -48,12 +52,6 @@ class Section:
 
 SECTIONS: list[Section] = []
 """Of the report, in order."""
-STUDY = (
-    Section("study", "The recommended distance", study),
-    Section("shares", "What moves it", of_distance),
-    Section("uncertain-inputs", "Uncertain inputs", study),
-)
-"""Of the page of a study of uncertainty."""
 
 
 def section(key: str, title: str, *, stage: str = "", annex: bool = False) -> Callable[[Context], Context]:
@@ -78,7 +76,7 @@ def _decision(run: StoredRun) -> dict[str, Any]:
         "distances": list(_decided(run)),
         "to_apply": to_apply.words if to_apply else (),
         "prescribed": list(prescribed_lines(run)),
-        "what": list(what_was_computed(run)),
+        "what": list(_what_was_computed(run)),
         "verdicts": entries[:_MOST_SITES],
         "verdict_note": "Part: upper bound (95 %) of the expected value over the site's limit. “Not shown”: the "
         "expected value meets the criterion, its bound does not."
@@ -113,6 +111,70 @@ def prescribed_lines(run: StoredRun) -> Iterator[tuple[str, str, str]]:
             if inside:
                 distance, name = max(inside, key=lambda one: one[0])
                 yield f"{title[0].upper()}{title[1:]}, {against}", whole_metres(distance), name
+
+
+def _what_was_computed(run: StoredRun) -> Iterator[Row]:
+    case = run.values
+    if run.fragments_file is not None:
+        yield Row("Fragments", f"of {run.fragments_file}; no burst was computed")
+    else:
+        yield from _round_rows(run)
+    rules, hazard = run.summary.rules, run.summary.hazard
+    if contents := rules.contents if rules else None:
+        yield Row(
+            "Net explosive quantity",
+            f"{number(contents.explosive, 3)} kg (TNT equivalent {number(contents.tnt, 3)} kg)",
+        )
+    if hazard is not None:
+        yield Row("Attitude and height", attitude_words(hazard.attitude))
+    elif case is not None:
+        yield Row("Attitude and height", attitude_words(attitude_of(case, given=run.fragments_file is not None)))
+    if case is None:
+        return
+    yield from _site(case)
+    criteria = run.criteria
+    yield Row("Criterion", f"{criteria.energy:.3g} J, 1 per {1.0 / criteria.density:.1f} m²")
+    if case.burst is not None and run.fragments_file is None:
+        size = f"{number(1e3 * case.burst.cell_size, 3)} mm"
+        yield Row("Cell size", f"{size}; grid convergence: {case.burst.convergence}")
+    if hazard is not None:
+        yield Row("Realisations", number(hazard.realisations))
+
+
+def _round_rows(run: StoredRun) -> Iterator[Row]:
+    kinds: dict[tuple[str, str, str], list[str]] = {}
+    for item in run.rounds:
+        casing, charge = number(item.casing_mass, 3), number(item.charge_mass, 3)
+        entry = next((one for one in (run.values.round if run.values else []) if one.name == item.name), None)
+        named = getattr(entry, "casing", None)
+        material = f" of {getattr(named, 'name', named)}" if named is not None else ""
+        fill = f"{substance_title(item.explosive)}, {charge} kg"
+        kinds.setdefault((item.profile, fill, f"{casing} kg{material}"), []).append(item.name)
+    if not kinds:
+        yield Row("Round", "this directory contains no burst")
+    for (profile, fill, casing), names in kinds.items():
+        listed = ", ".join(names) if len(names) <= 4 else f"{names[0]} … {names[-1]} ({len(names)} rounds)"
+        yield Row("Round", f"{listed}{f' ({profile})' if profile else ''}{', each' if len(names) > 1 else ''}")
+        yield Row("Fill", fill)
+        yield Row("Casing", casing)
+    if kinds:
+        images = sum(bool(one.mirror_of) for one in run.summary.break_up.rounds) if run.summary.break_up else 0
+        behind = f"; {number(images)} more behind planes of symmetry" if images else ""
+        yield Row("Number of rounds", f"{number(len(run.rounds))}{behind}")
+
+
+def _site(case: CaseTable) -> Iterator[Row]:
+    ground = case.flight.ground
+    ricochet = "no ricochet" if ground.ricochet == "none" else f"ricochet off {ground.ricochet.replace('_', ' ')}"
+    yield Row("Ground", f"{'map of heights' if ground.map is not None else 'flat'}, {ricochet}")
+    yield Row("Wind", wind_words(case))
+    yield Row("Air", air_words(case))
+    stops = [f"{one.kind} {one.name}" for one in case.obstacle]
+    shown = ", ".join(stops) if len(stops) <= 4 else f"{', '.join(stops[:4])} and {len(stops) - 4} more"
+    yield Row("Barricades and buildings", shown or "none")
+    if case.site is not None:
+        latitude, longitude = (math.degrees(angle) for angle in (case.site.latitude, case.site.longitude))
+        yield Row("Site", f"{latitude:.5f}°, {longitude:.5f}°")
 
 
 @section("rounds", "Rounds")
@@ -194,7 +256,79 @@ def _convergence_line(followed: Quantity, entry: ConvergedQuantity) -> tuple[str
     return (f"{followed.label}{f' ({unit})' if unit else ''}", *values, order, limit, uncertainty, KINDS[entry.kind])
 
 
-section("uncertainty", "Uncertainty of the inputs")(study)
+_ESTIMATOR = (
+    "By regression of the ranks of {samples} samples on the inputs; it leaves {left} % of their variance: joint "
+    "effects, effects that are not monotone, and statistical errors of the samples. Errors by bootstrap."
+)
+_APPLIES = {"value": "", "factor": "factor on the case's value: ", "shift": "added to the case's value: "}
+
+
+@section("uncertainty", "Uncertainty of the inputs")
+def study(run: StoredRun) -> dict[str, Any] | None:
+    """A study of uncertainty: the recommended distance with its parts, shares of the inputs, and their sources."""
+    if (found := run.study) is None:
+        return None
+    shown_inputs = {"study": found, "inputs": [*_uncertain_inputs(found)], "places": [*_places(found)]}
+    if (entry := found.distance) is None or (hazard := found.hazard) is None:
+        return shown_inputs
+    spread, estimator = entry.spread, entry.estimator
+    span = f"{whole_metres(spread.low)}{SPACE}–{SPACE}{whole_metres(spread.high)}"
+    error, what = f"± {spread.median_standard_error:.1f}", "taken out" if spread.resolved else "included"
+    shares = [
+        (
+            one.name,
+            f"{100 * one.share:.1f}{SPACE}±{SPACE}{100 * one.share_standard_error:.1f}",
+            f"{100 * one.share_low:.0f}{SPACE}–{SPACE}{100 * one.share_high:.0f}",
+        )
+        for one in sorted(entry.shares, key=lambda one: -one.share)
+    ]
+    left = f"{100 * (1.0 - (estimator.explained or 0.0)):.0f}"
+    return shown_inputs | {
+        "cards": (
+            ("Recommended distance", whole_metres(hazard.recommended), "m", parts_words(hazard)),
+            ("Median over the inputs", whole_metres(spread.median), "m", f"{error} m for the number of samples"),
+            ("5 to 95 % over the inputs", span, "m", f"statistical errors of the samples {what}"),
+        ),
+        "parts": [
+            *((one.words, "–" if one.value is None else f"{one.value:.1f}", one.reason) for one in parts_of(hazard)),
+            ("recommended distance", f"{hazard.recommended:.1f}", ""),
+        ],
+        "rule": RULE,
+        "shares": shares,
+        "estimator": _ESTIMATOR.format(samples=estimator.samples, left=left) if shares else "",
+    }
+
+
+def _places(found: UncertaintyResult) -> Iterator[tuple[str, ...]]:
+    for site in found.exposed:
+        for entry, words in (
+            (site.density, "density (1/m²)"), (site.hits, "expected hits"), (site.probability, "probability of a hit"),
+        ):  # fmt: skip
+            if entry is None:
+                continue
+            largest = max(entry.shares, key=lambda one: one.share, default=None)
+            most = "–" if largest is None else f"{largest.name} ({100 * largest.share:.0f}{SPACE}%)"
+            values = (entry.nominal, entry.spread.low, entry.spread.median, entry.spread.high)
+            yield (site.name, words, *(f"{value:.3g}" for value in values), most)
+
+
+def _uncertain_inputs(found: UncertaintyResult) -> Iterator[Row]:
+    for entry in found.inputs:
+        more = f" and {len(entry.keys) - 2} more" if len(entry.keys) > 2 else ""
+        words, source = (text[:1].upper() + text[1:] for text in (_APPLIES[entry.applies] + entry.words, entry.source))
+        yield Row(
+            entry.name[:1].upper() + entry.name[1:],
+            f"{words}. Key: {', '.join(entry.keys[:2])}{more}. {source}",
+            note="judgement" if entry.judgement else "",
+        )
+
+
+STUDY = (
+    Section("study", "The recommended distance", study),
+    Section("shares", "What moves it", lambda run: study(run) if run.study and run.study.distance else None),
+    Section("uncertain-inputs", "Uncertain inputs", study),
+)
+"""Of the page of a study of uncertainty."""
 
 
 @section("distances", "Rules and exposed sites", annex=True)

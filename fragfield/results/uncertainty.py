@@ -51,6 +51,7 @@ class Spread(Part):
     low: float = out("5 %")
     median: float = out("Median")
     high: float = out("95 %")
+    low_standard_error: float = out("For the number of samples, by the bootstrap")
     median_standard_error: float = out("The same")
     high_standard_error: float = out("The same")
     mean: float = out("Mean")

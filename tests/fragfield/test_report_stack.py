@@ -191,8 +191,8 @@ def test_names_with_brackets_are_printed_as_they_are(capsys):
 # --- Rounds that waited for a shock: sentences and findings
 
 EXPOSURE = {
-    "peak_pressure": 3.95e9, "energy": 1.5e6, "pulse_pressure": 3.2e9, "held_time": 2.5e-6, "place": [0.0, 0.0, 0.0],
-    "time": 4e-5, "floor": 1e9, "resolved_cell": 1.8e-3, "resolved": False, "critical_energy": [1.38e6, 1.84e6],
+    "peak_pressure": 3.95e9, "energy": 1.5e6, "pulse_pressure": 3.2e9, "held_time": 2.5e-6, "floor": 1e9,
+    "resolved_cell": 1.8e-3, "resolved": False, "critical_energy": [1.38e6, 1.84e6],
     "ratio": [1.087, 0.815], "verdict": "within",
 }  # fmt: skip
 
