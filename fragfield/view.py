@@ -53,15 +53,15 @@ def view_run(run_directory: Path | str, folder: Path | str | None = None) -> lis
         raise InputError(fault)
     target = run.path / "figures" if folder is None else Path(folder)
     target.mkdir(parents=True, exist_ok=True)
-    pictures = {
-        "burst": lambda: None if run.snapshot is None else _burst(run),
-        "fragments": lambda: None if run.launched is None else _fragments(run.launched),
-    }
-    return [
-        write_bytes(target / f"picture_of_{name}.png", _png(plotter), InputError)
-        for name, draw in pictures.items()
-        if (plotter := draw()) is not None
-    ]
+    written = []
+    for name, found, draw in (("burst", run.snapshot, lambda: _burst(run)),
+                              ("fragments", run.launched, lambda: _fragments(run.fragments))):  # fmt: skip
+        if found is not None:
+            buffer, plotter = io.BytesIO(), draw()
+            plotter.screenshot(buffer)
+            plotter.close()
+            written.append(write_bytes(target / f"picture_of_{name}.png", buffer.getvalue(), InputError))
+    return written
 
 
 def draw_beside(run_directory: str, folder: str) -> int:
@@ -138,7 +138,11 @@ def _cut(grid: pyvista.UnstructuredGrid, burst: Burst, where: str) -> tuple[pyvi
     grid.point_data["speed"] = np.linalg.norm(grid.point_data["velocity"], axis=1)
     copies = [(np.diag([-1.0, 1.0, 1.0]), np.zeros(3))] if burst.is_axisymmetric else []
     copies += [(image.matrix, image.shift) for image in images(burst.planes, where)]
-    whole = pyvista.merge([grid, *(_copied(grid, *copy) for copy in copies)], merge_points=False)
+    parts = [grid]
+    for matrix, shift in copies:
+        parts.append(grid.copy())
+        parts[-1].points = np.asarray(grid.points) @ matrix.T + shift
+    whole = pyvista.merge(parts, merge_points=False)
     casing = whole.extract_cells(np.flatnonzero(whole.cell_data["part"] == _CASING))
     if burst.is_axisymmetric:
         section, casing_section = whole.extract_surface(algorithm=None), casing.extract_surface(algorithm=None)
@@ -150,14 +154,6 @@ def _cut(grid: pyvista.UnstructuredGrid, burst: Burst, where: str) -> tuple[pyvi
     return section, casing_section.extract_feature_edges(
         boundary_edges=True, feature_edges=False, manifold_edges=False, non_manifold_edges=False
     )
-
-
-def _copied(
-    grid: pyvista.UnstructuredGrid, matrix: NDArray[np.float64], shift: NDArray[np.float64]
-) -> pyvista.UnstructuredGrid:
-    copy = grid.copy()
-    copy.points = np.asarray(grid.points) @ matrix.T + shift
-    return copy
 
 
 def _axis_of_section(burst: Burst, where: str) -> float:
@@ -234,10 +230,3 @@ def _plotter(shape: tuple[int, int], size: tuple[int, int]) -> pyvista.Plotter:
     plotter = pyvista.Plotter(off_screen=True, shape=shape, window_size=(size[0] * shape[1], size[1]), border=False)
     plotter.set_background("white")
     return plotter
-
-
-def _png(plotter: pyvista.Plotter) -> bytes:
-    buffer = io.BytesIO()
-    plotter.screenshot(buffer)
-    plotter.close()
-    return buffer.getvalue()
