@@ -59,12 +59,12 @@ def test_own_round_from_a_drawing_to_a_printed_report(application, tmp_path_fact
     assert float(widest.input_value()) == pytest.approx(2e3 * load_profile("m1_105").max_radius, abs=0.01)
     value = widest.input_value()
     widest.fill("wide")
-    page.wait_for_selector(".contour.has-fault")
+    page.wait_for_selector(".contours.has-fault")
     widest.fill(value.replace(".", ","))  # as everywhere
     page.wait_for_timeout(1000 * PATIENCE)
-    assert page.locator(".contour.has-fault").count() == 1
+    assert page.locator(".contours.has-fault").count() == 1
     widest.fill(value)
-    page.wait_for_selector(".contour.has-fault", state="detached")
+    page.wait_for_selector(".contours.has-fault", state="detached")
     name = "Mein_Geschoß.toml"
     page.goto(f"{application.base}/run?case={name}")
     page.wait_for_selector("[data-box=findings]")
