@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any, Literal
 from fragfield.case.tables.base import degrees_of
 
 if TYPE_CHECKING:
-
     from flight import HeightMap, Ricochet
     from fragfield.case.schema import CaseTable
     from fragfield.case.tables.surroundings import GroundTable
