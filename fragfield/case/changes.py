@@ -7,18 +7,14 @@ import os
 import re
 import tomllib
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 from fragfield.case.faults import CaseFaults, Fault
 from fragfield.case.load import MOST_DEPTH, case_from_document, named_material, read_document
+from fragfield.case.schema import CaseTable
 from fragfield.errors import InputError, nearest
 from fragfield.terminal.logs import visible
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from fragfield.case.schema import CaseTable
-
 
 Settings = Sequence[str] | Mapping[str, Any]
 _EXAMPLE = '--set burst.cell_size="8 mm"'

@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from itertools import islice
-from typing import TYPE_CHECKING, NamedTuple, Self
+from typing import NamedTuple, Self
+
+from pydantic import BaseModel, ValidationError
+from pydantic_core import ErrorDetails
 
 from fragfield.case.keys import key_path, keys_in, marks_of, paths_of, table_at
 from fragfield.errors import InputError, nearest, nearest_name
 from fragfield_base import errors
 from fragfield_base.errors import show
 from fragfield_base.inputs import Parsed
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Sequence
-
-    from pydantic import BaseModel, ValidationError
-    from pydantic_core import ErrorDetails
-
 
 _MOST_FAULTS = 12
 _MOST_EXPLAINED = 100  # to look for the nearest name takes a millisecond

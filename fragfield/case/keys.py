@@ -6,22 +6,19 @@ Messages, forms, the reference and `fragfield new` ask here; nothing about a key
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from types import NoneType, UnionType
-from typing import TYPE_CHECKING, Any, Literal, TypeVar, Union, get_args, get_origin
+from typing import Any, Literal, TypeVar, Union, get_args, get_origin
 
 from pydantic import BaseModel, Tag
+from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined
 
 from fragfield.errors import nearest
 from fragfield_base.bounds import UNIT_BOUNDS, Bounds, OnlyWith
 from fragfield_base.inputs import NumberOrWord, Parsed, Quantity, Vector
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
-
-    from pydantic.fields import FieldInfo
 
 Mark = TypeVar("Mark")
 

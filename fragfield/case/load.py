@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import logging
 import tomllib
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -39,14 +40,12 @@ from fragfield.files.stamped import MOST_CASE
 from fragfield.terminal.logs import hidden_in, visible
 from fragfield_base.paths import absolute
 from fragfield_base.reading import read_text
+from fragfield_base.substances import Substance
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from _typeshed import DataclassInstance
 
     from burst_fenicsx.geometry import Profile
-    from fragfield_base.substances import Substance
 
 Material = ExplosiveTable | CasingTable
 

@@ -5,7 +5,9 @@ from __future__ import annotations
 import math
 import textwrap
 import tomllib
-from typing import TYPE_CHECKING, Any, get_args
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any, get_args
 
 from pydantic import BaseModel
 
@@ -17,15 +19,8 @@ from fragfield.case.tables.round import RoundTable, StackTable
 from fragfield.case.write import toml_value
 from fragfield.errors import InputError, nearest
 from fragfield_base.inputs import Quantity, Vector
-from fragfield_base.substances import substance_key
+from fragfield_base.substances import Kind, substance_key
 from fragfield_base.writing import write_text
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping, Sequence
-    from pathlib import Path
-
-    from fragfield_base.substances import Kind
-
 
 _USUAL_CASING = "steel_paper"
 _WIDTH = 118

@@ -2,29 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import flight
-from burst_fenicsx.problem import Mirror, RigidPlane
-from flight.shape import Box, Lognormal
+from burst_fenicsx.problem import BurstSettings, Geometry, Mirror, RigidPlane
+from flight.fluence import PolarGrid
+from flight.hazard.criteria import Criteria
+from flight.shape import Box, Lognormal, Shape
 from fragfield.case.conversion.rounds import burst_rounds
 from fragfield.case.conversion.surroundings import surroundings
 from fragfield.case.conversion.symmetry import hazard_basis, is_axisymmetric, mirror_planes
 from fragfield.case.faults import Fault
+from fragfield.case.schema import CaseTable
 from fragfield.case.tables.base import degrees_of
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from burst_fenicsx.problem import BurstSettings, Geometry
-    from flight.fluence import PolarGrid
-    from flight.hazard.criteria import Criteria
-    from flight.shape import Shape
-    from fragfield.case.schema import CaseTable
-    from fragfield.case.tables.flight import FlightTable
-    from fragfield.case.tables.round import PlaneTable
-    from transition import BreakUpSettings
+from fragfield.case.tables.flight import FlightTable
+from fragfield.case.tables.round import PlaneTable
+from transition import BreakUpSettings
 
 
 @dataclass(frozen=True)

@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 import json
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
 
+from fragfield.case.schema import CaseTable
 from fragfield_base.errors import show
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
-
-    from fragfield.case.schema import CaseTable
 
 
 def plain(case: CaseTable, *, units: bool = False) -> dict[str, Any]:

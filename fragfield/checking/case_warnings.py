@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import math
 from collections import Counter
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from burst_fenicsx.problem import BurstSettings, CasingMaterial, Explosive, Round
+from fragfield.case import CaseTable
 from fragfield.case.checks.bounds import outside_soft
 from fragfield.case.checks.estimates import map_warnings
 from fragfield.case.conversion.exposed_sites import outline_of
@@ -15,18 +18,13 @@ from fragfield.case.conversion.rounds import burst_round, first_alike
 from fragfield.case.faults import Doubt
 from fragfield.case.tables.flight import CylinderTable
 from fragfield.hazard.contents import arrangement_warnings, with_images
-from fragfield.results.check import Graded
+from fragfield.results.check import CheckedRound, ExpectedCost, Graded
 from fragfield_base.substances import graded, substance, substance_names
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-
     from numpy.typing import NDArray
 
     from burst_fenicsx.geometry import Profile
-    from burst_fenicsx.problem import BurstSettings, CasingMaterial, Explosive, Round
-    from fragfield.case import CaseTable
-    from fragfield.results.check import CheckedRound, ExpectedCost
 
 
 def graded_name(one: CasingMaterial | Explosive) -> Graded:

@@ -3,21 +3,25 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict, replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from burst_fenicsx.problem import RigidPlane
-from fragfield.case import plain
+from burst_fenicsx.problem import BurstSettings, Explosive, Mirror, RigidPlane, Round
+from flight import HeightMap
+from fragfield.case import CaseTable, plain
 from fragfield.case.checks.estimates import check_numbers, given_fragments
 from fragfield.case.conversion.attitude import attitude_of, is_mixed
-from fragfield.case.conversion.clearance import min_clearance
+from fragfield.case.conversion.clearance import Body, min_clearance
 from fragfield.case.conversion.exposed_sites import exposed_sites_of
 from fragfield.case.conversion.rounds import burst_rounds, first_alike, heights, masses_of, placed
 from fragfield.case.conversion.surroundings import air_words, altitude_of, bearing_of, surroundings, wind_words
 from fragfield.case.faults import Doubt
 from fragfield.case.problem import break_up_settings, burst_geometry, burst_settings, rigid_plane
+from fragfield.case.tables.round import PlaneTable, RoundTable
 from fragfield.checking.case_warnings import case_warnings, graded_name, mean_mass_warnings, waiting_on_estimates
 from fragfield.checking.cost import expected_cost
 from fragfield.contours.read import is_of_file
@@ -55,17 +59,9 @@ from fragfield.results.part import marks
 from transition.law.mean_mass import gurney_coefficient, gurney_speed
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-    from pathlib import Path
-
     from burst_fenicsx.geometry import Profile
     from burst_fenicsx.meshing import MeshQuality
     from burst_fenicsx.meshing.mesh import CellMesh
-    from burst_fenicsx.problem import BurstSettings, Explosive, Mirror, Round
-    from flight import HeightMap
-    from fragfield.case import CaseTable
-    from fragfield.case.conversion.clearance import Body
-    from fragfield.case.tables.round import PlaneTable, RoundTable
 
 
 def arrangement(case: CaseTable) -> Arrangement:

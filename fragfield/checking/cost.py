@@ -3,21 +3,20 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from burst_fenicsx.problem import BurstSettings, Round
 from fragfield.case.conversion.rounds import masses_of
 from fragfield.results.check import ExpectedCost
 from transition.law.mean_mass import gurney_speed
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from numpy.typing import NDArray
 
     from burst_fenicsx.meshing.mesh import CellMesh
-    from burst_fenicsx.problem import BurstSettings, Round
 
 
 _EXPANSION_AT_END = 2.7  # of a casing, at which its acceleration is complete

@@ -2,36 +2,32 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from io import StringIO
-from typing import TYPE_CHECKING, Literal, TextIO
+from typing import Literal, TextIO
 
 from rich.table import Table
 
-from fragfield.case import to_toml
+from fragfield.case import CaseTable, to_toml
 from fragfield.case.conversion.attitude import attitude_words
 from fragfield.case.conversion.surroundings import direction_words
 from fragfield.hazard.contents import quantity_words
-from fragfield.results.check import CheckedBurst, GroundMap
+from fragfield.results.check import (
+    Arrangement,
+    Checked,
+    CheckedBurst,
+    CheckedRound,
+    CheckedSegment,
+    Graded,
+    GroundMap,
+    PlacedRound,
+    Surroundings,
+)
 from fragfield.results.part import to_json
 from fragfield.results.words import metres
 from fragfield.terminal.show import OFFICIAL_LABELS, number_text, plain_console, stripped
 from fragfield_base.substances import substance_title
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-
-    from fragfield.case import CaseTable
-    from fragfield.results.check import (
-        Arrangement,
-        Checked,
-        CheckedRound,
-        CheckedSegment,
-        Graded,
-        PlacedRound,
-        Surroundings,
-    )
-
 
 # Quantity, key, factor from SI, unit and digits, for reading.
 _ROUND_ROWS = (

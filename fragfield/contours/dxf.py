@@ -5,9 +5,11 @@ from __future__ import annotations
 import re
 import struct
 from collections import Counter
+from collections.abc import Iterator, Sequence
 from functools import partial
 from io import BytesIO
 from itertools import pairwise
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,9 +19,6 @@ from fragfield.errors import InputError
 from fragfield_base.reading import read_bytes
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-    from pathlib import Path
-
     from ezdxf.document import Drawing
     from ezdxf.entities.dxfgfx import DXFGraphic
 

@@ -4,29 +4,25 @@ from __future__ import annotations
 
 import hashlib
 import re
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from fragfield.contours.curves import Curve, counted
+from fragfield.contours.curves import Curve, Sheet, counted
 from fragfield.contours.section import Section, casing_section
 from fragfield.errors import InputError
 from fragfield_base.reading import read_bytes
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-
     from numpy.typing import NDArray
 
-    from fragfield.contours.curves import Sheet
+    from fragfield.case.tables.round import ContourTable
 
     Array = NDArray[np.float64]
-    from collections.abc import Mapping
-    from pathlib import Path
-
-    from fragfield.case.tables.round import ContourTable
 
 
 _LINE = re.compile(r"^\s*([xy])\s*=\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*$")

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from itertools import pairwise
+from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -11,17 +13,13 @@ import numpy as np
 from fragfield.contours.section import Section, chords, with_cones
 from fragfield.errors import InputError
 from fragfield.importing.columns import NotANumberError, decimal_of, number_of
-from fragfield.importing.sheet import QuestionError, read_sheet
+from fragfield.importing.sheet import Cell, QuestionError, Row, read_sheet
 from fragfield_base.units import UnitError, read_measure
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-    from pathlib import Path
-
     from numpy.typing import NDArray
 
     from fragfield.case.tables.round import ContourTable
-    from fragfield.importing.sheet import Cell, Row
 
     Array = NDArray[np.float64]
 

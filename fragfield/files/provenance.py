@@ -13,6 +13,7 @@ from importlib import metadata
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from fragfield.case.schema import CaseTable
 from fragfield.case.write import to_toml
 from fragfield.errors import InputError, nearest
 from fragfield.files.run_directory import STAGES, RunDirectory
@@ -22,11 +23,7 @@ from fragfield_base.arrays import text_of
 from fragfield_base.hdf5_files import reading
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     import h5py
-
-    from fragfield.case.schema import CaseTable
 
 
 _DISTRIBUTIONS = {

@@ -11,22 +11,18 @@ from __future__ import annotations
 
 import os
 import shutil
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from fragfield.case import differences, read_resolved, to_toml
+from fragfield.case import CaseTable, differences, read_resolved, to_toml
 from fragfield.errors import InputError
 from fragfield.files.stamped import read_stamped_json, stamped_json, stamped_toml, stored_case_text
 from fragfield.results.part import to_json
 from fragfield.results.summary import Summary, read_summary
 from fragfield_base.writing import DRAFT, locked, write_text
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
-
-    from fragfield.case import CaseTable
 
 
 @dataclass(frozen=True)

@@ -8,15 +8,12 @@ from __future__ import annotations
 import hashlib
 import json
 import re
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
 
 from fragfield.errors import InputError
 from fragfield_base.reading import read_text
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-    from pathlib import Path
-
 
 MOST_CASE = 1 << 26
 """Largest size (bytes) of a case file: 64 MB hold ten thousand rounds of inline points."""

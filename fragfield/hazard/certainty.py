@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from fragfield.case.conversion.surroundings import bearing_of, direction_words, ground_of
@@ -27,9 +25,8 @@ __all__ = [  # words, until all ask for them in results/words.py
     "ricochet_words", "rounded_metres", "single_note", "single_words", "source_words", "whole_metres",
 ]  # fmt: skip
 
-if TYPE_CHECKING:
-    from flight.hazard.density.distance import ExpectedDistance
-    from fragfield.case import CaseTable
+from flight.hazard.density.distance import ExpectedDistance
+from fragfield.case import CaseTable
 
 
 def beyond_map_words(case: CaseTable, expected: ExpectedDistance) -> str:

@@ -2,26 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from functools import cache
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fragfield.case.conversion.clearance import min_clearance, placed_body
+from fragfield.case import CaseTable
+from fragfield.case.conversion.clearance import Body, min_clearance, placed_body
 from fragfield.case.conversion.rounds import are_alike, burst_round, first_alike, images, masses_of, mirrored
 from fragfield.case.conversion.surroundings import ground_height
+from fragfield.case.tables.round import RoundTable
 from fragfield.results.rules import Contents
 from fragfield_base.substances import substance, substance_key, substance_title, substances_with
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-
     from numpy.typing import NDArray
 
     from burst_fenicsx.geometry import Profile
-    from fragfield.case import CaseTable
-    from fragfield.case.conversion.clearance import Body
-    from fragfield.case.tables.round import RoundTable
 
 
 _SAME_HEIGHT = 1e-6  # of the ground in the burst and in flight (m)

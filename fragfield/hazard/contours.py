@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -19,15 +20,11 @@ import numpy as np
 
 from flight.errors import InputError
 from flight.scene.plan import clipped, signed_area
-from fragfield.places.site import longitude_of
+from fragfield.places.site import Site, longitude_of
 from fragfield_base.writing import write_text
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
-
     from numpy.typing import NDArray
-
-    from fragfield.places.site import Site
 
 
 ARC_STEP = 1.0  # degrees between two points of an arc, at most

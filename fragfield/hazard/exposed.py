@@ -17,13 +17,21 @@ all azimuths, smoothed by the kernel of the hazard distance.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fragfield.case.conversion.exposed_sites import exposed_sites_of, outline_of
+from flight import FlightResult, Fragments
+from flight.fluence import FluenceGrid, PolarGrid
+from flight.hazard.density.distance import ExpectedDistance
+from flight.hazard.ensemble import EnsembleHazard
+from flight.hazard.exposed import Prism
+from flight.scene.targets import Witness
+from fragfield.case import CaseTable
+from fragfield.case.conversion.exposed_sites import ExposedSite, exposed_sites_of, outline_of
 from fragfield.case.conversion.surroundings import bearing_of
 from fragfield.hazard.places import LEVEL, PlaceSums, kernel_weights, sum_bound
 from fragfield.hazard.verdict import criterion_of, no_margin, part_of_criterion, verdict_of
@@ -31,18 +39,7 @@ from fragfield.results.site import Criterion, Estimate, NotStopped, Probability,
 from fragfield.results.site import ExposedSite as AssessedSite
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from numpy.typing import NDArray
-
-    from flight import FlightResult, Fragments
-    from flight.fluence import FluenceGrid, PolarGrid
-    from flight.hazard.density.distance import ExpectedDistance
-    from flight.hazard.ensemble import EnsembleHazard
-    from flight.hazard.exposed import Prism
-    from flight.scene.targets import Witness
-    from fragfield.case import CaseTable
-    from fragfield.case.conversion.exposed_sites import ExposedSite
 
     Fields = tuple[NDArray[np.float64], NDArray[np.float64]]
 

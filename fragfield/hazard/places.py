@@ -8,6 +8,7 @@ is counted in all of them by every flight; a site only asks for the places that 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,8 +17,6 @@ from flight.scene.plan import contains
 from fragfield.results.site import Estimate
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from numpy.typing import NDArray
 
     from flight.fluence import PolarGrid

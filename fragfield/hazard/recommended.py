@@ -14,17 +14,15 @@ inputs and numerics. A part that is not known is not in the sum; `not_included` 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from fragfield.results.convergence import Convergence
-from fragfield.results.hazard import DistanceParts, Hazard
+from fragfield.results.hazard import DistanceParts, Hazard, WithoutRicochet
 from fragfield.results.words import PARTS
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from fragfield.results.hazard import WithoutRicochet
     from fragfield.results.uncertainty import UncertaintyResult
 
 

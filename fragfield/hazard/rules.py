@@ -9,24 +9,22 @@ read at a public source is left out and listed in `LEFT_OUT`.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from fragfield.case import CaseTable
+from fragfield.case.tables.site import OfficialTable
 from fragfield.hazard.contents import COMPARISON, DISPOSAL, SITING, contents_of, quantity_words, with_images
-from fragfield.results.rules import Beam, Rule, Rules, StackRule, Tp12
+from fragfield.hazard.tp12 import BeamDistance, PolarField, StackDistance
+from fragfield.results.rules import Beam, Contents, FragmentField, Rule, Rules, StackRule, Tp12
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from numpy.typing import ArrayLike
 
-    from fragfield.case import CaseTable
-    from fragfield.case.tables.site import OfficialTable
-    from fragfield.hazard.tp12 import BeamDistance, PolarField, StackDistance
     from fragfield.pipeline.single_round import SingleRound
-    from fragfield.results.rules import Contents, FragmentField
 
 
 POUND, FOOT = 0.45359237, 0.3048

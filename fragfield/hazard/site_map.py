@@ -6,11 +6,15 @@ files for geographic programs, so that all of them hold the same.
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from flight import HeightMap
+from flight.hazard.ensemble import EnsembleHazard
+from fragfield.case import CaseTable
 from fragfield.case.conversion.exposed_sites import outline_of
 from fragfield.case.conversion.surroundings import ground_of, site_of
 from fragfield.hazard.contents import image_names, with_images
@@ -18,13 +22,8 @@ from fragfield.hazard.verdict import criterion_words, part_of_criterion
 from fragfield.results.words import metres
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
-
     from numpy.typing import NDArray
 
-    from flight import HeightMap
-    from flight.hazard.ensemble import EnsembleHazard
-    from fragfield.case import CaseTable
     from fragfield.files.run_directory import RunDirectory
     from fragfield.hazard.contours import Contour
     from fragfield.places.site import Site

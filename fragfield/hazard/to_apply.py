@@ -8,21 +8,17 @@ Python all show this one object.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
 
+from fragfield.case import CaseTable
 from fragfield.case.conversion.rounds import are_alike
 from fragfield.hazard.contents import DISPOSAL, SITING, with_images
-from fragfield.results.rules import DistanceOfUse, DistanceToApply, LeftOut, Official
+from fragfield.results.hazard import Hazard
+from fragfield.results.rules import DistanceOfUse, DistanceToApply, LeftOut, Official, Rule
 from fragfield.results.words import NOT_DETERMINED, metres, whole_metres
 
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-
-    from fragfield.case import CaseTable
-    from fragfield.results.hazard import Hazard
-    from fragfield.results.rules import Rule
-
-    _Uses = Sequence[tuple[DistanceOfUse, str]]
+_Uses = Sequence[tuple[DistanceOfUse, str]]
 
 
 USES = {SITING: "storage and handling", DISPOSAL: "disposal in the open"}

@@ -16,6 +16,7 @@ round in its worst polar zone, as an arena test reports it, see `beam_distance`.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -29,8 +30,6 @@ from flight.shape import HEAVY_PIECES_OF_STACKS
 from fragfield_base.errors import names_allowed
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
     from numpy.typing import ArrayLike, NDArray
 
     from flight.fragments import Fragments

@@ -8,18 +8,15 @@ import io
 import re
 import warnings
 import zipfile
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, NamedTuple
+from pathlib import Path
+from typing import NamedTuple
+from xml.etree.ElementTree import Element
 
 from fragfield.errors import InputError
 from fragfield_base.errors import names_allowed
 from fragfield_base.reading import parsed_xml, read_bytes
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
-    from pathlib import Path
-    from xml.etree.ElementTree import Element
-
 
 _MOST_BYTES = 1 << 26
 _MOST_UNPACKED = 1 << 28

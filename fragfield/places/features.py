@@ -5,9 +5,12 @@ from __future__ import annotations
 import json
 import zipfile
 from collections import Counter
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from io import BytesIO
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
+from xml.etree.ElementTree import Element
 
 import numpy as np
 
@@ -16,10 +19,6 @@ from fragfield.places.maps import INSTALL
 from fragfield_base.reading import parsed_xml, read_bytes, read_text
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
-    from pathlib import Path
-    from xml.etree.ElementTree import Element
-
     from numpy.typing import NDArray
     from shapely.geometry.base import BaseGeometry
 

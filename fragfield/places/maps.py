@@ -14,14 +14,12 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from flight import FlightWarning, HeightMap, InputError
-from fragfield.places.map_plane import SURVEY_FOOT, plane_of, refuse_other_units, unit_words
+from fragfield.places.map_plane import SURVEY_FOOT, Earth, Place, Plane, plane_of, refuse_other_units, unit_words
 from fragfield_base.reading import read_text
 from fragfield_base.units import UnitError, read_measure
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
-
-    from fragfield.places.map_plane import Earth, Place, Plane
 
 
 INSTALL = (

@@ -5,14 +5,18 @@ from __future__ import annotations
 import math
 import re
 from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from pydantic import BaseModel
 
 from fragfield.case.conversion.exposed_sites import FARTHEST
 from fragfield.case.keys import mark_of
 from fragfield.case.tables.round import length_of
+from fragfield.case.tables.site import PlacesTable
 from fragfield.case.tables.surroundings import (
     AreaTable,
     BarricadeTable,
@@ -28,12 +32,6 @@ from fragfield_base.inputs import Quantity
 from fragfield_base.units import UnitError, read_measure
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
-    from pathlib import Path
-
-    from pydantic import BaseModel
-
-    from fragfield.case.tables.site import PlacesTable
     from fragfield.places.features import Array, Feature
     from fragfield.places.site import Site
 

@@ -11,13 +11,14 @@ nothing runs.
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 from math import hypot
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
+from rich.console import Console
 from rich.table import Table as Lines
 from rich.text import Text
 
@@ -27,20 +28,15 @@ from fragfield.hazard.contents import with_images
 from fragfield.interface.kinds import Every, Length, Steps
 from fragfield.results.part import Part, out
 from fragfield.results.rules import DistanceOfUse
+from fragfield.results.summary import Summary
 from fragfield.results.words import metres, whole_metres
 from fragfield.studies.study import DONE, FAILED, KEPT, Row, exit_code_of_rows, maker
-from fragfield.studies.sweep import Sweep, settings_of
+from fragfield.studies.sweep import Planned, Sweep, settings_of
+from fragfield.studies.tasks import Task
 from fragfield_base.inputs import NotAllowedError, Quantity
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-
     from pandas import DataFrame
-    from rich.console import Console
-
-    from fragfield.results.summary import Summary
-    from fragfield.studies.sweep import Planned
-    from fragfield.studies.tasks import Task
 
 
 _DISTANCE = Quantity("m", "300 m", above=0.0)

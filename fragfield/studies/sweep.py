@@ -13,14 +13,16 @@ from __future__ import annotations
 import hashlib
 import itertools
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
+from rich.console import Console
 from rich.table import Table as Lines
 from rich.text import Text
 
-from fragfield.case import differences, load_changed_case
+from fragfield.case import CaseTable, differences, load_changed_case
 from fragfield.case.changes import read_value
 from fragfield.case.problem import is_brief
 from fragfield.case.write import toml_value
@@ -37,13 +39,7 @@ from fragfield.studies.study import DONE, FAILED, KEPT, Row, Study, digest_of, e
 from fragfield.studies.tasks import Task
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-    from pathlib import Path
-
     from pandas import DataFrame
-    from rich.console import Console
-
-    from fragfield.case import CaseTable
 
 
 _STAGES = ("run", "burst")

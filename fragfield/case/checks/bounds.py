@@ -7,7 +7,9 @@ of a pure number.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from collections.abc import Iterator
+
+from pydantic import BaseModel
 
 from fragfield.case.faults import Doubt, Fault
 from fragfield.case.keys import bounds_of, mark_of, marks_of, numbers_in, unit_of, values_in, without_entries
@@ -15,12 +17,6 @@ from fragfield_base.bounds import Entries, OnlyWith
 from fragfield_base.errors import show
 from fragfield_base.inputs import Parsed, QuantityOrFile
 from transition.settings import FILE
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from pydantic import BaseModel
-
 
 _TEXT = 500
 _LONG_TEXTS = (

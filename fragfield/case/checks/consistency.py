@@ -3,35 +3,31 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator, Sequence
 from itertools import combinations, pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from burst_fenicsx.problem import ProductModel
 from fragfield.case.checks.bounds import choice_faults, outside_hard
 from fragfield.case.checks.expected_masses import check_expected
 from fragfield.case.checks.uncertain_inputs import check_uncertainty
-from fragfield.case.conversion.clearance import clearance, near_pairs
+from fragfield.case.conversion.clearance import Body, clearance, near_pairs
 from fragfield.case.conversion.exposed_sites import check_exposed
 from fragfield.case.conversion.rounds import heights, meshed, placed, profile_of
 from fragfield.case.conversion.stack import check_stack
 from fragfield.case.conversion.surroundings import ground_height, ground_of, surroundings
 from fragfield.case.faults import Fault
-from fragfield.case.tables.round import UP, ExplosiveTable
+from fragfield.case.schema import CaseTable
+from fragfield.case.tables.burst import BurstTable
+from fragfield.case.tables.round import UP, ExplosiveTable, PlaneTable, RoundTable
 from fragfield.case.tables.site import check_official
 from fragfield.errors import nearest
 from fragfield_base.errors import show
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-
     from numpy.typing import NDArray
-
-    from burst_fenicsx.problem import ProductModel
-    from fragfield.case.conversion.clearance import Body
-    from fragfield.case.schema import CaseTable
-    from fragfield.case.tables.burst import BurstTable
-    from fragfield.case.tables.round import PlaneTable, RoundTable
 
 
 _MOST_STATES = 100_000

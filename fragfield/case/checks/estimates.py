@@ -9,28 +9,26 @@ from __future__ import annotations
 
 import math
 import warnings
+from collections.abc import Iterator
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from burst_fenicsx.problem import Round
+from flight import Fragments
 from fragfield.case.checks.expected_masses import RECOVERED
 from fragfield.case.conversion.rounds import burst_round, first_alike, masses_of
 from fragfield.case.conversion.surroundings import bearing_of, direction_words, ground_of, surroundings
 from fragfield.case.faults import Doubt, Fault
+from fragfield.case.schema import CaseTable
 from fragfield.errors import InputError
 from fragfield_base import errors
+from transition import BreakUpSettings
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-    from pathlib import Path
-
     from numpy.typing import NDArray
-
-    from burst_fenicsx.problem import Round
-    from flight import Fragments
-    from fragfield.case.schema import CaseTable
-    from transition import BreakUpSettings
 
     Array = NDArray[np.float64]
 

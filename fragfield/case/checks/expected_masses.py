@@ -5,20 +5,16 @@ A mass that no casing has shows that the numbers of a mesh file or a drawing wer
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from flight.arena import ArenaTable
 from fragfield.case.conversion.rounds import are_alike, first_alike, masses_of
 from fragfield.case.faults import Fault
+from fragfield.case.schema import CaseTable
+from fragfield.case.tables.round import RoundTable
 from fragfield.errors import InputError
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from flight.arena import ArenaTable
-    from fragfield.case.schema import CaseTable
-    from fragfield.case.tables.round import RoundTable
-
 
 TOLERANCE = 0.01
 """Difference from the expected mass that is allowed, as a fraction of it."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Iterator
 
 import flight
 from fragfield.case.checks.estimates import check_numbers, map_faults
@@ -19,16 +19,11 @@ from fragfield.case.problem import (
     hazard_grid,
     kernel_degrees,
 )
+from fragfield.case.schema import CaseTable
+from fragfield.case.tables.round import RoundTable
 from fragfield.hazard.tp12 import effective_number
 from fragfield_base.errors import InputError, show
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from fragfield.case.schema import CaseTable
-    from fragfield.case.tables.round import RoundTable
-    from transition import BreakUpSettings
-
+from transition import BreakUpSettings
 
 _MOST_CELLS = 20_000_000  # of the hazard distance: 160 MB a field, of which a batch of realisations keeps several
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterator, Mapping
+from typing import Any
 
 from fragfield.case.checks.bounds import choice_faults
 from fragfield.case.faults import Fault
@@ -11,10 +12,6 @@ from fragfield.case.keys import unit_of_key
 from fragfield.case.schema import CaseTable, UncertainInputTable
 from fragfield_base.errors import show
 from fragfield_base.inputs import NotAllowedError, Quantity
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
-
 
 _PARAMETERS = ("low", "high", "mode", "mean", "standard_deviation", "median", "factor", "values", "weights")
 _POSITIVE = ("standard_deviation", "median")

@@ -7,19 +7,15 @@ their fragments (`fragfield.pipeline.attitudes`).
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import replace
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 from fragfield.case.conversion.surroundings import bearing_of, direction_words
 from fragfield.case.conversion.symmetry import all_azimuths_alike
 from fragfield.case.faults import Fault
+from fragfield.case.schema import CaseTable
 from fragfield.results.hazard import Attitude
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from fragfield.case.schema import CaseTable
-
 
 Vector = tuple[float, float, float]
 UP: Vector = (0.0, 0.0, 1.0)

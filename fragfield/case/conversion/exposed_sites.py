@@ -3,18 +3,23 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from flight.hazard.exposed import Prism
 from flight.scene.plan import contains, signed_area
 from fragfield.case.conversion.surroundings import ground_height, site_of
 from fragfield.case.faults import Fault
+from fragfield.case.schema import CaseTable
 from fragfield.case.tables.surroundings import (
     AreaTable,
     BuildingTable,
     ExposedBuildingTable,
+    ExposedTable,
+    ObstacleTable,
     PersonTable,
     RoadTable,
     WallTable,
@@ -22,13 +27,7 @@ from fragfield.case.tables.surroundings import (
 from fragfield_base.errors import show
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from numpy.typing import NDArray
-
-    from flight.hazard.exposed import Prism
-    from fragfield.case.schema import CaseTable
-    from fragfield.case.tables.surroundings import ExposedTable, ObstacleTable
 
     Array = NDArray[np.float64]
 

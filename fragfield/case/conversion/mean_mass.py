@@ -17,6 +17,8 @@ part of a round whose fragments were caught. Those of an arena table are of one 
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -24,27 +26,22 @@ import numpy as np
 from flight.arena import ArenaTable
 from flight.files.text_tables import import_hint, in_columns_of, read_columns
 from fragfield.case.faults import Fault, faults_at, refuse
-from fragfield.case.tables.burst import FragmentCountsTable
+from fragfield.case.schema import CaseTable
+from fragfield.case.tables.burst import BreakUpTable, FragmentCountsTable
 from fragfield.errors import InputError, nearest
 from fragfield_base.errors import show
 from fragfield_base.inputs import with_unit
 from fragfield_base.paths import absolute
 from fragfield_base.reading import read_text
+from fragfield_base.substances import Substance
 from transition.errors import InputError as BreakUpInputError
 from transition.law.fragment_counts import FragmentCounts
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-    from pathlib import Path
-
     from numpy.typing import NDArray
-
-    from fragfield.case.schema import CaseTable
 
     Array = NDArray[np.float64]
     Groups = tuple[Array, Array, Array | None]
-    from fragfield.case.tables.burst import BreakUpTable
-    from fragfield_base.substances import Substance
 
 
 _MASSES = ("mass_from_kg", "mass_to_kg", "mass_above_kg", "mass_kg")

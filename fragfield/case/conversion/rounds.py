@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -10,20 +11,17 @@ from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
+from burst_fenicsx.problem import Round
+from fragfield.case.conversion.clearance import Body
 from fragfield.case.conversion.surroundings import ground_height
 from fragfield.case.faults import Fault
-from fragfield.case.tables.round import RoundTable
+from fragfield.case.schema import CaseTable
+from fragfield.case.tables.round import PlaneTable, RoundTable
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from numpy.typing import NDArray
 
     from burst_fenicsx.geometry import Profile
-    from burst_fenicsx.problem import Round
-    from fragfield.case.conversion.clearance import Body
-    from fragfield.case.schema import CaseTable
-    from fragfield.case.tables.round import PlaneTable
 
     Array = NDArray[np.float64]
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Container, Iterator, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -9,16 +10,13 @@ import numpy as np
 from fragfield.case.checks.bounds import choice_faults
 from fragfield.case.conversion.surroundings import ground_height
 from fragfield.case.faults import Fault
+from fragfield.case.schema import CaseTable
+from fragfield.case.tables.round import IgnitionTable, RoundTable, StackTable
 from fragfield.errors import nearest
 from fragfield_base.errors import show
 
 if TYPE_CHECKING:
-    from collections.abc import Container, Iterator, Sequence
-
     from numpy.typing import ArrayLike, NDArray
-
-    from fragfield.case.schema import CaseTable
-    from fragfield.case.tables.round import IgnitionTable, RoundTable, StackTable
 
     Array = NDArray[np.float64]
 

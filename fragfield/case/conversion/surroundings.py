@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
+from flight import HeightMap, Ricochet
+from fragfield.case.schema import CaseTable
 from fragfield.case.tables.base import degrees_of
+from fragfield.case.tables.surroundings import GroundTable
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from flight import HeightMap, Ricochet
-    from fragfield.case.schema import CaseTable
-    from fragfield.case.tables.surroundings import GroundTable
     from fragfield.places.site import Site
 
 

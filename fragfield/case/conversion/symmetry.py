@@ -8,17 +8,14 @@ from __future__ import annotations
 
 import json
 import math
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
 
 from fragfield.case.conversion.rounds import mirrored
 from fragfield.case.conversion.stack import expanded
-
-if TYPE_CHECKING:
-    from fragfield.case.schema import CaseTable
-    from fragfield.case.tables.round import RoundTable
-
+from fragfield.case.schema import CaseTable
+from fragfield.case.tables.round import RoundTable
 
 _PARALLEL = 1e-9  # 1 - |cosine| below which two directions are one
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
@@ -10,19 +11,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from flight import Fragments
 from fragfield.case.conversion.rounds import burst_round, images, placed, profile_of
 from fragfield.case.conversion.surroundings import ground_height
 from fragfield.case.conversion.symmetry import all_azimuths_alike, mirror_planes
 from fragfield.case.faults import Fault
+from fragfield.case.schema import CaseTable
+from fragfield.case.tables.round import RoundTable
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from numpy.typing import NDArray
-
-    from flight import Fragments
-    from fragfield.case.schema import CaseTable
-    from fragfield.case.tables.round import RoundTable
 
     Array = NDArray[np.float64]
 

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 from pydantic import Discriminator, Field, Tag
 
@@ -12,9 +13,6 @@ from fragfield.case.faults import Fault
 from fragfield.case.tables.base import Table, name_or_table
 from fragfield_base.inputs import Quantity, Vector
 from fragfield_base.units import degrees
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
 
 
 @dataclass(frozen=True)

@@ -3,20 +3,16 @@
 from __future__ import annotations
 
 import tomllib
+from collections.abc import Iterator
 from functools import cache
 from importlib import resources
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from fragfield.case import CaseTable
 from fragfield.case.conversion.rounds import profile_of
 from fragfield.case.problem import break_up_settings
 from fragfield.case.schema import UncertainInputTable
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from fragfield.case import CaseTable
-    from fragfield.case.tables.round import RoundTable
-
+from fragfield.case.tables.round import RoundTable
 
 _LINEAR = {"mott": "break_up.prefactor", "mott_1947": "break_up.fracture_stress"}
 """Keys in which the mean mass of a law is linear, see transition.law.mean_mass."""

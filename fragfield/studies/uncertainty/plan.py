@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -11,21 +12,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fragfield.case import changed_document, plain
+from fragfield.case import CaseTable, changed_document, plain
 from fragfield.case.load import case_from_document
 from fragfield.case.problem import burst_geometry
 from fragfield.case.schema import UncertaintyTable
 from fragfield.errors import InputError
 from fragfield.results.part import to_json
-from fragfield.studies.uncertainty.inputs import inputs_of
+from fragfield.studies.uncertainty.inputs import UncertainInput, inputs_of
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from numpy.typing import NDArray
-
-    from fragfield.case import CaseTable
-    from fragfield.studies.uncertainty.inputs import UncertainInput
 
 
 _EDGE = 1e-12  # normal distributions have no quantile at 0 and 1

@@ -9,6 +9,7 @@ residuals keep their sample, or their shared burst, and change signs at random.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import pairwise
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -18,8 +19,6 @@ from flight.hazard.ensemble import quantiles
 from fragfield.results.uncertainty import Bar, Estimator, Share, Spread
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from numpy.typing import NDArray
 
     from fragfield.studies.uncertainty.inputs import Distribution
