@@ -8,6 +8,7 @@ from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from burst_fenicsx.problem import BurstSettings, CasingMaterial, Explosive, Round
 from fragfield.case import CaseTable
@@ -22,8 +23,6 @@ from fragfield.results.check import CheckedRound, ExpectedCost, Graded
 from fragfield_base.substances import graded, substance, substance_names
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
     from burst_fenicsx.geometry import Profile
 
 

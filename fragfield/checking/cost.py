@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from burst_fenicsx.problem import BurstSettings, Round
 from fragfield.case.conversion.rounds import masses_of
@@ -14,8 +15,6 @@ from fragfield.results.check import ExpectedCost
 from transition.law.mean_mass import gurney_speed
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
     from burst_fenicsx.meshing.mesh import CellMesh
 
 

@@ -9,14 +9,14 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fragfield.errors import InputError, nearest
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
     from shapely import LineString
 
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 
 FINE = 0.05

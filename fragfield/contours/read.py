@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fragfield.contours.curves import Curve, Sheet, counted
 from fragfield.contours.section import Section, casing_section
@@ -18,11 +19,9 @@ from fragfield.errors import InputError
 from fragfield_base.reading import read_bytes
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
     from fragfield.case.tables.round import ContourTable
 
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 
 _LINE = re.compile(r"^\s*([xy])\s*=\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*$")

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fragfield.contours.section import Section, chords, with_cones
 from fragfield.errors import InputError
@@ -17,11 +18,9 @@ from fragfield.importing.sheet import Cell, QuestionError, Row, read_sheet
 from fragfield_base.units import UnitError, read_measure
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
     from fragfield.case.tables.round import ContourTable
 
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 
 _WHAT = {

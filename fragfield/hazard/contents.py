@@ -7,6 +7,7 @@ from functools import cache
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fragfield.case import CaseTable
 from fragfield.case.conversion.clearance import Body, min_clearance, placed_body
@@ -17,8 +18,6 @@ from fragfield.results.rules import Contents
 from fragfield_base.substances import substance, substance_key, substance_title, substances_with
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
     from burst_fenicsx.geometry import Profile
 
 

@@ -13,19 +13,16 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 from xml.etree import ElementTree as ET
 
 import numpy as np
+from numpy.typing import NDArray
 
 from flight.errors import InputError
 from flight.scene.plan import clipped, signed_area
 from fragfield.places.site import Site, longitude_of
 from fragfield_base.writing import write_text
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
 
 ARC_STEP = 1.0  # degrees between two points of an arc, at most
 _KML = "http://www.opengis.net/kml/2.2"

@@ -20,9 +20,10 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from flight import FlightResult, Fragments
 from flight.fluence import FluenceGrid, PolarGrid
@@ -38,10 +39,7 @@ from fragfield.hazard.verdict import criterion_of, no_margin, part_of_criterion,
 from fragfield.results.site import Criterion, Estimate, NotStopped, Probability, SiteWithoutRicochet
 from fragfield.results.site import ExposedSite as AssessedSite
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    Fields = tuple[NDArray[np.float64], NDArray[np.float64]]
+Fields = tuple[NDArray[np.float64], NDArray[np.float64]]
 
 
 def share_bound(count: int, number: int, level: float = LEVEL) -> float:

@@ -12,17 +12,16 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from flight.scene.plan import contains
 from fragfield.results.site import Estimate
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
     from flight.fluence import PolarGrid
 
-    Array = NDArray[np.float64]
-    Integers = NDArray[np.int64]
+Array = NDArray[np.float64]
+Integers = NDArray[np.int64]
 
 
 SMALLEST, LARGEST, RELATIVE = 1.0, 5.0, 0.1  # m, m, and of the distance: width of a place, where cells are no wider

@@ -14,6 +14,7 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from fragfield.case import CaseTable
 from fragfield.case.tables.site import OfficialTable
@@ -22,8 +23,6 @@ from fragfield.hazard.tp12 import BeamDistance, PolarField, StackDistance
 from fragfield.results.rules import Beam, Contents, FragmentField, Rule, Rules, StackRule, Tp12
 
 if TYPE_CHECKING:
-    from numpy.typing import ArrayLike
-
     from fragfield.pipeline.single_round import SingleRound
 
 

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from flight import HeightMap
 from flight.hazard.ensemble import EnsembleHazard
@@ -22,14 +23,12 @@ from fragfield.hazard.verdict import criterion_words, part_of_criterion
 from fragfield.results.words import metres
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
     from fragfield.files.run_directory import RunDirectory
     from fragfield.hazard.contours import Contour
     from fragfield.places.site import Site
     from fragfield.results.site import ExposedSite
 
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 
 KINDS = {

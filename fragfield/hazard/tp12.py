@@ -21,6 +21,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from flight.arguments import real_array, require_number, require_numbers
 from flight.drag import Drag
@@ -30,12 +31,10 @@ from flight.shape import HEAVY_PIECES_OF_STACKS
 from fragfield_base.errors import names_allowed
 
 if TYPE_CHECKING:
-    from numpy.typing import ArrayLike, NDArray
-
     from flight.fragments import Fragments
     from flight.hazard.criteria import Criteria
 
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 COVERS = {"open": (0.9, 0.1), "earth": (0.7, 0.1)}
 """Weights of the rounds on the side and of those on top, by the stack's cover (p. 11, after Fugelso 1973)."""

@@ -7,14 +7,13 @@ from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fragfield.case import CaseTable
 from fragfield.case.conversion.exposed_sites import ExposedSite, outline_of
 from fragfield.numbers import number
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
     from fragfield.results.burst import BurstRound, Exposure
     from fragfield.results.site import Estimate, Probability
     from fragfield.results.site import ExposedSite as AssessedSite

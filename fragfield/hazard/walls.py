@@ -10,18 +10,16 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import Annotated, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from flight.arguments import require_numbers
 from flight.errors import InputError
 from fragfield_base.inputs import PositiveLength, Quantity
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 
 FRAGMENT_DENSITY = 7850.0  # kg/m3

@@ -5,9 +5,10 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from flight.files.text_tables import converted
 from fragfield.errors import InputError
@@ -15,10 +16,7 @@ from fragfield.importing.sheet import Cell, Guess, QuestionError, Refused, Row, 
 from fragfield_base.errors import names_allowed
 from fragfield_base.units import UnitError, read_measure
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 
 class Quantity(NamedTuple):

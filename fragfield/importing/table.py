@@ -9,9 +9,10 @@ import tempfile
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from flight.arena import ArenaTable
 from flight.errors import InputError as FlightInputError
@@ -27,10 +28,7 @@ from fragfield_base.paths import absolute
 from fragfield_base.units import UnitError, read_measure
 from fragfield_base.writing import write_bytes
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 
 KINDS = {

@@ -13,16 +13,16 @@ from typing import TYPE_CHECKING, Any
 from xml.etree.ElementTree import Element
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fragfield.errors import InputError
 from fragfield.places.maps import INSTALL
 from fragfield_base.reading import parsed_xml, read_bytes, read_text
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
     from shapely.geometry.base import BaseGeometry
 
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 
 MOST_BYTES = 1 << 26

@@ -9,18 +9,15 @@ import sys
 import warnings
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from flight import FlightWarning, HeightMap, InputError
 from fragfield.places.map_plane import SURVEY_FOOT, Earth, Place, Plane, plane_of, refuse_other_units, unit_words
 from fragfield_base.reading import read_text
 from fragfield_base.units import UnitError, read_measure
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
 
 INSTALL = (
     "apt-get install python3-rasterio python3-pyproj proj-bin, or conda install -c conda-forge rasterio pyproj, or pip "

@@ -6,14 +6,14 @@ import math
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fragfield.errors import InputError
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
     from shapely import Polygon
 
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 
 Box = tuple[tuple[float, float], float, float, float]

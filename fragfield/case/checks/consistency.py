@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from itertools import combinations, pairwise
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from burst_fenicsx.problem import ProductModel
 from fragfield.case.checks.bounds import choice_faults, outside_hard
@@ -25,10 +25,6 @@ from fragfield.case.tables.round import UP, ExplosiveTable, PlaneTable, RoundTab
 from fragfield.case.tables.site import check_official
 from fragfield.errors import nearest
 from fragfield_base.errors import show
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
 
 _MOST_STATES = 100_000
 

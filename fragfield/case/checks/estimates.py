@@ -12,9 +12,9 @@ import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from burst_fenicsx.problem import Round
 from flight import Fragments
@@ -27,10 +27,7 @@ from fragfield.errors import InputError
 from fragfield_base import errors
 from transition import BreakUpSettings
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 
 _MARGIN = 4.0

@@ -13,13 +13,12 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 if TYPE_CHECKING:
-    from numpy.typing import ArrayLike, NDArray
-
     from burst_fenicsx.geometry import Contour, Profile
 
-    Vectors = NDArray[np.float64]
+Vectors = NDArray[np.float64]
 
 
 ALIKE = 1e-9  # distances that differ by less are equal, and the first pair counts (m)

@@ -5,9 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from flight.hazard.exposed import Prism
 from flight.scene.plan import contains, signed_area
@@ -26,10 +27,7 @@ from fragfield.case.tables.surroundings import (
 )
 from fragfield_base.errors import show
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 
 DEPTH = 1.0  # m by which prisms reach below the lowest ground

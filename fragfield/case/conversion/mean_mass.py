@@ -19,9 +19,9 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from flight.arena import ArenaTable
 from flight.files.text_tables import import_hint, in_columns_of, read_columns
@@ -37,11 +37,8 @@ from fragfield_base.substances import Substance
 from transition.errors import InputError as BreakUpInputError
 from transition.law.fragment_counts import FragmentCounts
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    Array = NDArray[np.float64]
-    Groups = tuple[Array, Array, Array | None]
+Array = NDArray[np.float64]
+Groups = tuple[Array, Array, Array | None]
 
 
 _MASSES = ("mass_from_kg", "mass_to_kg", "mass_above_kg", "mass_kg")

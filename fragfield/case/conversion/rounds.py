@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from burst_fenicsx.problem import Round
 from fragfield.case.conversion.clearance import Body
@@ -19,11 +20,9 @@ from fragfield.case.schema import CaseTable
 from fragfield.case.tables.round import PlaneTable, RoundTable
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
     from burst_fenicsx.geometry import Profile
 
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 
 def burst_rounds(case: CaseTable) -> list[Round]:

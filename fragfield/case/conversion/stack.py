@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Container, Iterator, Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from fragfield.case.checks.bounds import choice_faults
 from fragfield.case.conversion.surroundings import ground_height
@@ -15,10 +15,7 @@ from fragfield.case.tables.round import IgnitionTable, RoundTable, StackTable
 from fragfield.errors import nearest
 from fragfield_base.errors import show
 
-if TYPE_CHECKING:
-    from numpy.typing import ArrayLike, NDArray
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 
 _MOST_ROUNDS = 1000

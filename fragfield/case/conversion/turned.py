@@ -7,9 +7,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from flight import Fragments
 from fragfield.case.conversion.rounds import burst_round, images, placed, profile_of
@@ -19,10 +19,7 @@ from fragfield.case.faults import Fault
 from fragfield.case.schema import CaseTable
 from fragfield.case.tables.round import RoundTable
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 
 _SLICES = 400  # of a profile, for the centre of mass of its casing

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from fragfield.case.checks.uncertain_inputs import parameters_of
 from fragfield.case.keys import unit_of_key
@@ -15,10 +16,6 @@ from fragfield.errors import InputError
 from fragfield.results.uncertainty import SampledInput
 from fragfield.studies.uncertainty.defaults import default_inputs
 from fragfield_base.inputs import with_unit
-
-if TYPE_CHECKING:
-    from numpy.typing import ArrayLike, NDArray
-
 
 _BURST = ("burst", "round", "plane", "stack")
 

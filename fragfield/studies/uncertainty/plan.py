@@ -8,9 +8,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fragfield.case import CaseTable, changed_document, plain
 from fragfield.case.load import case_from_document
@@ -19,10 +20,6 @@ from fragfield.case.schema import UncertaintyTable
 from fragfield.errors import InputError
 from fragfield.results.part import to_json
 from fragfield.studies.uncertainty.inputs import UncertainInput, inputs_of
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
 
 _EDGE = 1e-12  # normal distributions have no quantile at 0 and 1
 _SEEDS = 2**32

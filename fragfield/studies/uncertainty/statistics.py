@@ -14,13 +14,12 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from flight.hazard.ensemble import quantiles
 from fragfield.results.uncertainty import Bar, Estimator, Share, Spread
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
     from fragfield.studies.uncertainty.inputs import Distribution
 
 

@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 from rich.table import Table as Lines
 
 from fragfield.case.load import case_from_document
@@ -56,7 +57,6 @@ from fragfield_base.writing import write_text
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
-    from numpy.typing import NDArray
     from pandas import DataFrame
     from rich.console import Console
 
