@@ -240,7 +240,6 @@ def named_material(kind: str, name: str, *, source: str, key: str, folder: Path)
 
 
 def _charge_of_mesh(entry: RoundTable) -> tuple[float, float]:
-    """Stations (m) between which the charge of a round from a mesh file lies."""
     import numpy as np
 
     from burst_fenicsx.meshing import mesh_round

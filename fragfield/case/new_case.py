@@ -82,7 +82,6 @@ def write_new_case(
 def _chosen(
     profile: str, explosive: str, casing: str | None, stack: str | None, *, lying: bool = False
 ) -> dict[str, Any]:
-    """The keys that are set, with the schema's own examples as values."""
     from burst_fenicsx.geometry.files import profile_names
     from burst_fenicsx.materials.library import burst_explosive_names, casing_names
 
@@ -120,7 +119,6 @@ def _chosen(
 
 
 def _lying(profile: str) -> dict[str, Any]:
-    """Position and attitude of a round that lies on the ground along y, its length halved by the plane y = 0."""
     from burst_fenicsx.geometry.files import load_profile
 
     found = load_profile(profile)

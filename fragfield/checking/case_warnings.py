@@ -235,7 +235,6 @@ def witness_warnings(case: CaseTable, largest_diameter: float) -> Iterator[str]:
 
 
 def _distances(centre: NDArray[np.float64], corners: NDArray[np.float64]) -> tuple[float, float]:
-    """Smallest and largest distance (m) of a point from a convex polygon (n, 2)."""
     ways = np.roll(corners, -1, axis=0) - corners
     away = centre - corners
     turn = ways[:, 0] * away[:, 1] - ways[:, 1] * away[:, 0]

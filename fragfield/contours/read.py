@@ -93,7 +93,6 @@ def find_axis(path: object, sheet: Sheet, asked: str | None, near: float) -> Axi
 
 
 def _centre_lines(path: object, sheet: Sheet, points: Array, near: float) -> list[Axis]:
-    """Different long centre lines."""
     extent = float(np.ptp(points, axis=0).max())
     found: dict[tuple[str, int], Axis] = {}
     for line in sheet.axes:
@@ -138,7 +137,6 @@ def _is_mirrored(points: Array, along: int, middle: float, near: float) -> bool:
 
 
 def _longer(points: Array, possible: Sequence[Axis]) -> Axis | None:
-    """The only one, or of two at right angles that along which the round is slender."""
     if len(possible) == 1:
         return possible[0]
     if len(possible) != 2 or possible[0].direction == possible[1].direction:
@@ -189,7 +187,6 @@ def find_nose(path: object, curves: Sequence[Curve], axis: Axis, asked: str | No
 
 
 def _refined(points: Array) -> Array:
-    """Points with further ones between, so that a long line has some near its ends."""
     parts = [np.linspace(start, end, 201) for start, end in pairwise(points)]
     return np.concatenate(parts) if len(points) < 100 else points
 
@@ -300,7 +297,6 @@ def _of_drawing(table: ContourTable, path: Path) -> tuple[Section, list[str], fl
 
 
 def _points(path: Path, line: Array, name: str) -> dict[str, Any]:
-    """Points as a profile has them, in rounded millimetres."""
     if len(line) > _MOST_POINTS:
         raise InputError(f"{path}: the {name} has {len(line)} points; allowed: {_MOST_POINTS}; give a larger tolerance")
     return {"points": (np.round(1e3 * line, _DIGITS) + 0.0).tolist()}

@@ -179,7 +179,6 @@ class _Half:
         return Section(made[0], made[1], self.notes)
 
     def _two_lines(self) -> tuple[list[Array], list[Array]]:
-        """Smooth pieces of the outer contour and of the cavity."""
         chains, near = self.chains, self.near
         if len(chains) > 2 or (len(chains) == 2 and any(one.is_closed for one in chains)):
             listed = "; ".join(
@@ -212,7 +211,6 @@ class _Half:
         return self._split(ring[:-1] if abs(ends[0, 0] - ends[1, 0]) <= near else ring)
 
     def _pieces(self, points: Array) -> list[Array]:
-        """A line cut where curves of the drawing meet."""
         inner = [at for at in range(1, len(points) - 1) if tuple(points[at]) in self.corners]
         return [points[start : end + 1] for start, end in pairwise([0, *inner, len(points) - 1])]
 
@@ -296,7 +294,6 @@ def chords(parts: Sequence[Array], tolerance: float) -> Array:
 
 
 def _difference(one: Section, other: Section) -> tuple[float, float]:
-    """Largest difference (m) of the radii of two halves, and its station."""
     worst = (0.0, 0.0)
     for first, second in ((one.outer, other.outer), (one.cavity, other.cavity)):
         ends = float(np.abs(first[[0, -1], 0] - second[[0, -1], 0]).max())

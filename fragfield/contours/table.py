@@ -96,7 +96,6 @@ def _hollow(radius: Array) -> NDArray[np.bool_]:
 
 
 def _rows(path: Path) -> tuple[list[str], list[Row], str, list[str]]:
-    """Column names, lines with their cells, how their numbers are read, and what was concluded of the file."""
     sheet = read_sheet(path)
     if len(sheet.rows) < 3:
         raise InputError(f"{path}: found {len(sheet.rows)} lines; needed: a line of column names and two rows or more")
@@ -144,7 +143,6 @@ def _columns(path: Path, names: Sequence[str], table: ContourTable) -> dict[str,
 
 
 def _unit(path: Path, name: str, table: ContourTable) -> float:
-    """Length (m) of the unit of a column, by its name or as asked for."""
     named, unit = _UNIT.search(name.strip()), table.unit_length
     if named is None and unit is None:
         raise InputError(
@@ -176,7 +174,6 @@ def _number(path: Path, row: Row, column: _Column, decimal: str) -> float:
 
 
 def _nose(path: Path, table: ContourTable, name: str, outer: Array) -> tuple[bool, str]:
-    """Whether the nose is at the smallest station, and how that is known."""
     if table.nose is not None:
         if table.nose not in ("first", "last"):
             raise InputError(

@@ -241,7 +241,6 @@ class RunDirectory:
             yield
 
     def _results(self, stages: Sequence[Stage] = tuple(STAGES.values())) -> list[str]:
-        """Files that took computing."""
         return [name for stage in stages for name in stage.files if self.file(name).exists()]
 
     def _refuse_foreign(self) -> None:

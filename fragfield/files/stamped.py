@@ -81,7 +81,6 @@ def _digest(text: str) -> str:
 
 
 def _plain_number(value: object) -> object:
-    """NumPy's numbers and arrays as JSON has them."""
     if hasattr(value, "tolist"):
         return value.tolist()
     message = f"{type(value).__name__} has no place in a summary"

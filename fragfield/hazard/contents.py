@@ -108,7 +108,6 @@ def contents_of(case: CaseTable) -> Contents | None:
 
 
 def _on_a_line(positions: NDArray[np.float64]) -> bool:
-    """Whether two or more positions lie on one straight line."""
     if len(positions) < 2:
         return False
     from_first = positions - positions[0]
@@ -121,7 +120,6 @@ def _on_a_line(positions: NDArray[np.float64]) -> bool:
 
 
 def _clearance(case: CaseTable, profiles: Sequence[Profile]) -> float | None:
-    """Smallest clear distance (m) between the rounds of a row and their images."""
     placed = [
         (np.array(entry.position, dtype=np.float64), np.array(entry.axis, dtype=np.float64), profile)
         for profile, entry in zip(profiles, case.round, strict=True)
@@ -134,14 +132,12 @@ def _clearance(case: CaseTable, profiles: Sequence[Profile]) -> float | None:
 
 
 def _charge_diameter(profile: Profile) -> float:
-    """Largest diameter of a charge (m), at 2,001 stations and the corners of the cavity."""
     stations = np.linspace(profile.charge_front, profile.charge_end, 2001)
     corners = [at for at in profile.cavity.stations if profile.charge_front <= at <= profile.charge_end]
     return 2.0 * float(np.max(profile.section(np.concatenate([stations, corners])).charge_radius))
 
 
 def _ignited_at_once(rounds: Sequence[RoundTable]) -> bool:
-    """Whether every round has ignition points, and the first of each is ignited at the same time."""
     if not all(entry.ignition for entry in rounds):
         return False
     first = [min(point.delay for point in entry.ignition or ()) for entry in rounds]

@@ -146,7 +146,6 @@ def _parts(contour: Contour) -> list[NDArray[np.float64]]:
 
 
 def _simple_style(contour: Contour) -> dict[str, Any]:
-    """Colours as the simplestyle specification (1.1.0) names them."""
     color = contour.color
     if len(contour.ring) == 1:
         return {"marker-color": color}

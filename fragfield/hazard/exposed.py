@@ -160,7 +160,6 @@ class ExposedSums:
         self.realisations += 1
 
     def _mean(self, name: str, index: int, single: float) -> Estimate:
-        """Expected value over realisations with bound and standard error; one hit weighs at most `single`."""
         n = self.realisations
         total, between = float(self._sums[name][index]), float(self._between[name][index])
         squares = float(self._sums[f"{name}_squares"][index]) if f"{name}_squares" in self._sums else total

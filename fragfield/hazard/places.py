@@ -217,6 +217,5 @@ def _size(distance: float) -> float:
 
 
 def _normals(corners: Array) -> Array:
-    """Normals of the sides of polygons (..., k, 2)."""
     ways = np.roll(corners, -1, axis=-2) - corners
     return np.stack([-ways[..., 1], ways[..., 0]], axis=-1)

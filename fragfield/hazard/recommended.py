@@ -84,7 +84,6 @@ def recommended_of(
 
 
 def _statistical(hazard: Hazard, of: Hazard | WithoutRicochet) -> dict[str, float | None]:
-    """Half-width (m) of a distance `of` the hazard by the points of its density, or by its realisations."""
     width = None if of.upper is None or of.expected is None else max(of.upper - of.expected, 0.0)
     integrated = hazard.method != "realisations"
     return {"quadrature": width if integrated else None, "randomness": None if integrated else width}

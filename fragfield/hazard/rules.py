@@ -109,7 +109,6 @@ def _rule(distance: float | None, reason: str, *, missing: bool = False, **what:
 
 
 def _siting_fragments(contents: Contents | None, known: str) -> Iterator[Rule]:
-    """Fragment distances for storage and handling; `known` says why the item's own distance replaces them."""
     mass = None if contents is None else contents.explosive
     yield _rule(
         mass and hazardous_fragment_distance(mass), known or _too_much(mass, _MOST_BY_QUANTITY), missing=not known,
@@ -127,7 +126,6 @@ def _siting_fragments(contents: Contents | None, known: str) -> Iterator[Rule]:
 
 
 def _disposal(contents: Contents | None) -> Iterator[Rule]:
-    """Distances for disposal in the open."""
     mass = all_up = heaviest = None
     behind, words, single = _UNKNOWN, "all-up mass not known", "all-up mass not known"
     if contents is not None:
@@ -162,7 +160,6 @@ def _disposal(contents: Contents | None) -> Iterator[Rule]:
 
 
 def _blast(contents: Contents | None) -> Iterator[Rule]:
-    """Blast distances, by the equivalent of the net explosive quantity in TNT."""
     tnt = None if contents is None else contents.tnt
     words = (contents and quantity_words(contents.explosive, contents.tnt, contents.equivalents)) or _quantity(None)
     yield _rule(
@@ -194,7 +191,6 @@ def _known_item(contents: Contents | None, official: OfficialTable | None) -> st
 
 
 def _no_row(contents: Contents | None) -> str:
-    """Why the rounds are no row of separate items detonated at once; empty where they are."""
     if contents is None:
         return _UNKNOWN
     if contents.rounds < 2:
@@ -321,7 +317,6 @@ def stack_counts(positions: ArrayLike) -> tuple[int, int]:
 
 
 def _counts(case: CaseTable) -> tuple[int, int, int]:
-    """Rounds on a side and on top, as the case gives or has them, and all of them."""
     positions, rule = with_images(case), case.hazard.stack_rule
     side, top = stack_counts(positions)
     return rule.side if rule.side is not None else side, rule.top if rule.top is not None else top, len(positions)
@@ -349,7 +344,6 @@ def _stack(case: CaseTable, field: PolarField, side: int, top: int) -> tuple[Sta
 
 
 def _air(case: CaseTable) -> tuple[float, float]:
-    """Density (kg/m3) and speed of sound (m/s) on the ground at the origin."""
     from fragfield.case.conversion.surroundings import ground_height
 
     air, ground = case.flight.air.air(), ground_height(case, *case.flight.origin)

@@ -186,7 +186,6 @@ def _distances(case: CaseTable, found: EnsembleHazard) -> Iterator[Shape]:
 
 
 def _recommended(case: CaseTable, distance: float | None) -> Iterator[Shape]:
-    """The recommended distance, a circle about the origin of distances."""
     if distance is None:
         return
     turn = np.radians(np.arange(360.0))

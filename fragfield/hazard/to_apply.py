@@ -52,7 +52,6 @@ def _by(uses: _Uses) -> Iterator[str]:
 
 
 def _left_out(uses: _Uses) -> Iterator[str]:
-    """What was left out, by reason: distances that are missing first."""
     reasons: dict[tuple[bool, str], tuple[dict[str, None], dict[str, LeftOut]]] = {}
     for use, title in uses:
         for one in use.left_out:
@@ -124,7 +123,6 @@ def official_part(case: CaseTable) -> Official | None:
 
 
 def _official_words(hazard: Hazard | None, official: Official | None) -> Iterator[str]:
-    """Official against computed distances."""
     if official is None:
         yield "No official distance of the round is in the case (table [official])."
         return
@@ -138,7 +136,6 @@ def _official_words(hazard: Hazard | None, official: Official | None) -> Iterato
 
 
 def _against_hazardous(official: float, hazard: Hazard) -> str:
-    """The official hazardous fragment distance (m) against the recommended one, which may not be determined."""
     short, computed = hazard.without_ricochet, hazard.recommended
     beside = "" if hazard.ricochet == "none" else f" (without ricochet {metres(short.recommended)})"
     theirs, ours = f"{whole_metres(official)} m", f"{whole_metres(computed)} m{beside}"
@@ -153,7 +150,6 @@ def _against_hazardous(official: float, hazard: Hazard) -> str:
 
 
 def _against_maximum(official: float, throw: float | None) -> str:
-    """The official maximum fragment distance (m) against the throw of one event in 20, if that is determined."""
     theirs, ours = f"{whole_metres(official)} m", f"{whole_metres(throw)} m"
     name = "official maximum fragment distance"
     if throw is None:

@@ -220,7 +220,6 @@ def _chosen(path: Path, tables: dict[str, _Table], sheet: str | None) -> Sheet:
 
 
 def _workbook(path: Path, data: bytes) -> dict[str, _Table]:
-    """Sheets of a workbook; refused is what unpacks to too much, or has XML that refers to entities."""
     try:
         with zipfile.ZipFile(io.BytesIO(data)) as archive:
             entries = archive.infolist()
@@ -253,7 +252,6 @@ def _workbook(path: Path, data: bytes) -> dict[str, _Table]:
 
 
 def _xlsx(path: Path, data: bytes) -> dict[str, _Table]:
-    """Values as the spreadsheet computed them."""
     try:
         import openpyxl
     except ModuleNotFoundError:

@@ -244,7 +244,6 @@ def _rounds(table: Columns, given: float | None) -> float:
 
 
 def _casing(case: PathName | None, mass: str | float | None) -> float | None:
-    """Mass of the casing (kg), of a case or as given."""
     if case is not None:
         from fragfield.case import load_case
         from fragfield.case.conversion.rounds import masses_of
@@ -265,7 +264,6 @@ def _casing(case: PathName | None, mass: str | float | None) -> float | None:
 
 
 def _kind_of(table: Columns) -> str:
-    """The kind whose columns a table has."""
     meant = {*table.chosen, *table.meanings()}
     if meant & {"zone", "zone_from"}:
         return "arena"
@@ -316,7 +314,6 @@ def _down(values: Array) -> Array:
 
 
 def _zones(table: Columns, zone_angle: str | None) -> tuple[Array, Array]:
-    """Edges of the zone of every row (degrees)."""
     if "zone_from" in table or "zone" not in table:
         table.require("zone_from", "zone_to")
         return _down(table.values("zone_from")), _down(table.values("zone_to"))
@@ -396,7 +393,6 @@ def _edges(table: Columns, start: Array, end: Array, empty_zones: bool) -> tuple
 
 
 def _pit(table: Columns) -> dict[str, Array]:
-    """Columns of a file that `break_up.mean_mass` names: groups of mass, numbers above masses, or pieces."""
     if "mass_above" in table:
         table.require("number")
         return {"mass_above_kg": table.whole("mass_above"), "number": table.whole("number")}
@@ -413,7 +409,6 @@ def _pit(table: Columns) -> dict[str, Array]:
 
 
 def _check_pit(path: Path, content: Mapping[str, Any], rounds: float) -> None:
-    """Refuse what our own reader would refuse."""
     from fragfield.case.conversion.mean_mass import read_counts
     from transition.errors import InputError as BreakUpInputError
 

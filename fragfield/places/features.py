@@ -52,7 +52,6 @@ class Feature:
 
 
 def _parts(geometry: BaseGeometry) -> Iterator[BaseGeometry]:
-    """Points, lines and polygons of a geometry."""
     if geometry.geom_type in SHAPES:
         yield geometry
     else:
@@ -275,7 +274,6 @@ def _of_placemark(
 
 
 def _properties(placemark: Element) -> Iterator[tuple[str, str]]:
-    """Extended data: <Data name><value>, and <SimpleData name> of a schema."""
     extended = _child(placemark, "ExtendedData")
     for element in () if extended is None else extended.iter():
         if _tag(element) == "Data" and element.get("name"):

@@ -235,7 +235,6 @@ def _read(
 
 
 def _band(path: Path, dataset: Any, chosen: int | None) -> int:  # noqa: ANN401 - rasterio has no types
-    """Number of the band with the heights; a band of transparency is none."""
     from rasterio.enums import ColorInterp
 
     numbers = [number for number, kind in enumerate(dataset.colorinterp, 1) if kind != ColorInterp.alpha]
@@ -288,7 +287,6 @@ def _values(dataset: Any, number: int, window: tuple[slice, slice]) -> NDArray[n
 
 
 def _crs(path: Path, dataset: Any) -> Any:  # noqa: ANN401
-    """Coordinate system in the file or in a .prj beside it, None without one."""
     import pyproj
 
     crs = pyproj.CRS.from_wkt(dataset.crs.to_wkt(version="WKT2_2019")) if dataset.crs else None

@@ -121,7 +121,6 @@ def _unique(feature: Feature, kind: str, names: Counter[str]) -> str:
 
 
 def _kinds(path: Path, features: Sequence[Feature], table: PlacesTable) -> list[str]:
-    """Kind of every feature: by its property, its folder, or its shape, as `kinds` maps them."""
     mapped = {key.casefold(): value for key, value in (table.kinds or {}).items()}
     for key, kind in (table.kinds or {}).items():
         if kind not in _KINDS and kind != "ignore":
@@ -148,7 +147,6 @@ def _kinds(path: Path, features: Sequence[Feature], table: PlacesTable) -> list[
 
 
 def _known(word: str, mapped: Mapping[str, str]) -> str:
-    """Kind that a word means; empty for none."""
     if word in mapped:
         return mapped[word]
     return word if word in _KINDS else _PLURALS.get(word, "")
@@ -205,7 +203,6 @@ def _km(distance: float) -> str:
 def _placed(
     feature: Feature, kind: str, line: Array, table: PlacesTable, known: dict[str, Any], notes: list[str]
 ) -> Iterator[dict[str, Any]]:
-    """Where a feature stands: one entry, or several of an outline that is not convex or a barricade with bends."""
     if kind == "person":
         yield {"position": _metres(line[0])}
     elif kind == "road":
@@ -242,7 +239,6 @@ def _metres(point: Sequence[float] | Array) -> list[str]:
 
 
 def _values(feature: Feature, kind: str, model: type[BaseModel], table: PlacesTable) -> dict[str, Any]:
-    """Properties that are keys of the kind's table, with their units."""
     made = {}
     for name, value in feature.properties.items():
         if value in (None, "") or isinstance(value, (dict, list, bool)):
@@ -260,7 +256,6 @@ def _values(feature: Feature, kind: str, model: type[BaseModel], table: PlacesTa
 
 
 def _key_of(name: str, model: type[BaseModel]) -> tuple[str | None, str | None]:
-    """Key of a table that a property is called, and the unit that its name ends with."""
     plain = name.strip().casefold().replace(" ", "_")
     keys = [key for key in model.model_fields if key not in _PLACED]
     if plain in keys:

@@ -179,7 +179,6 @@ class Limit(Sweep):
             low, high = (middle, high) if rows[middle].met else (low, middle)
 
     def _judge(self) -> None:
-        """Judge the runs that have ended by their summaries: another `distance` may be asked for than before."""
         for row in self.rows:
             if row.state == FAILED:
                 row.met, row.reasons = False, [f"the run failed: {row.message}"]
@@ -241,7 +240,6 @@ class Limit(Sweep):
             console.print(words)
 
     def _words(self) -> list[str]:
-        """The limit in one sentence, and what is to be known of it."""
         limit = self.found.limit
         if limit is None:
             return [f"limit: none, so that {self.criteria}", *self.remarks]

@@ -66,7 +66,6 @@ def _row(one: Quantity, run: Summary, reference: Summary) -> Iterator[dict[str, 
 
 
 def _parts(summary: Summary) -> set[str]:
-    """The parts that a recommended distance holds."""
     return (
         set()
         if summary.hazard is None

@@ -258,7 +258,6 @@ class Study(ABC):
             yield task
 
     def _refuse_others(self) -> None:
-        """Refuse before the first run what would be refused at the last one."""
         hint = "of another case; use another --out, or --overwrite to replace such runs"
         for row in self.rows if not self.overwrite else ():
             kept = self._journal.rows.get(row.name)

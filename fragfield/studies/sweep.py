@@ -335,7 +335,6 @@ def labels_of(keys: Sequence[str]) -> dict[str, str]:
 
 
 def _name(values: Mapping[str, Any]) -> str:
-    """Name of a run's directory, the same for the same values in any sweep."""
     name = "_".join(_NOT_IN_NAMES.sub("_", f"{label} {value}").strip("_.") for label, value in values.items())
     if len(name) <= _LONGEST_NAME:
         return name

@@ -123,7 +123,6 @@ def _await_lock(directory: Path) -> None:
 
 
 def _numbers(task: Task) -> Summary:
-    """Burst, break-up and flight as a run makes them; of their parts of the summary what tables of studies list."""
     from fragfield.pipeline.beside import flown_beside
 
     case = task.case

@@ -104,7 +104,6 @@ def check_numbers(case: CaseTable, settings: BreakUpSettings, *, margin: float =
 
 
 def _images(case: CaseTable) -> int:
-    """Of every round by the planes of symmetry, itself included; they are perpendicular to each other."""
     return int(2 ** sum(plane.kind == "symmetry" for plane in case.plane))
 
 

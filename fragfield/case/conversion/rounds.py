@@ -146,7 +146,6 @@ def _profile(table: str) -> Profile:
 
 @lru_cache(maxsize=64)
 def _grid(table: str, cell_size: float) -> tuple[NDArray[np.float64], float]:
-    """Stations of the layers (m) of the mesh of a profile, and the factor on its radii."""
     from burst_fenicsx.meshing.disc import equal_area_factor
     from burst_fenicsx.meshing.sizing import grid_counts
 

@@ -156,7 +156,6 @@ def plan_samples(case: CaseTable, *, samples: int | None = None, seed: int | Non
 
 
 def _bare(case: CaseTable, table: UncertaintyTable) -> dict[str, Any]:
-    """Tables of the resolved case, without what a sample does not need, and with its number of realisations."""
     document = {key: value for key, value in plain(case, units=True).items() if key not in _LEFT_OUT}
     document["break_up"] = {**document["break_up"], "realisations": table.realisations}
     tolerance = max(case.hazard.tolerance, _TOLERANCE)
@@ -181,7 +180,6 @@ def _in_burst(inputs: tuple[UncertainInput, ...]) -> NDArray[np.bool_]:
 
 
 def _bursts(table: UncertaintyTable, inputs: tuple[UncertainInput, ...], samples: int) -> int:
-    """How many bursts the samples share."""
     own = int(_in_burst(inputs).sum())
     if own == 0:
         return 1

@@ -164,14 +164,12 @@ def analyse(
 
 
 def _shares(squares: NDArray[np.float64], places: Sequence[slice]) -> NDArray[np.float64]:
-    """Shares (..., d) of squared coefficients (..., k); all 0 where nothing is left of them."""
     each = np.stack([np.maximum(squares[..., place].sum(axis=-1), 0.0) for place in places], axis=-1)
     total = each.sum(axis=-1, keepdims=True)
     return np.asarray(each / np.where(total > 0.0, total, 1.0))
 
 
 def _bar(name: str, distribution: Distribution, coefficients: NDArray[np.float64], mean: float) -> Bar:
-    """The mean result with one input at its ends, by a linear regression."""
     u = np.array(_TORNADO) if distribution.is_continuous else np.linspace(1e-9, 1.0 - 1e-9, 401)
     effect = mean + columns_of(distribution, u) @ coefficients
     low, high = effect if distribution.is_continuous else (effect.min(), effect.max())

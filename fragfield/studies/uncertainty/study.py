@@ -157,7 +157,6 @@ class Uncertainty(Study):
         )  # fmt: skip
 
     def _nominal(self) -> RunDirectory:
-        """The run with every input as the case has it: given as a directory, or made here."""
         asked = self._request
         if asked.target.is_dir():
             directory = RunDirectory(asked.target)
@@ -210,7 +209,6 @@ class Uncertainty(Study):
             write_report(nominal.path)
 
     def _renew(self) -> None:
-        """The recommended distance with the study, in the nominal run's summary.json and map files."""
         nominal, summary = self.nominal, self.nominal.results()
         assert summary.hazard is not None  # it was flown
         hazard = recommended_of(summary.hazard, summary.convergence, self.found)
@@ -339,7 +337,6 @@ run_uncertainty = maker(Uncertainty)
 
 
 def _nothing(summary: Summary) -> dict[str, Any]:
-    """A burst that is shared is read where it lies."""
     del summary
     return {}
 
@@ -432,7 +429,6 @@ def _column(values: Sequence[Mapping[str, Any]], name: str) -> NDArray[np.float6
 
 
 def _quantity(plan: Plan, values: NDArray[np.float64], errors: NDArray[np.float64]) -> dict[str, Any]:
-    """Spread, curve, shares and tornado of one result."""
     known = np.isfinite(values)
     used = errors[known] if np.isfinite(errors[known]).all() else None
     rng = np.random.default_rng(np.random.SeedSequence([plan.seed, 3]))
@@ -447,7 +443,6 @@ def _quantity(plan: Plan, values: NDArray[np.float64], errors: NDArray[np.float6
 def _of_site(
     plan: Plan, values: Sequence[Mapping[str, Any]], number: int, name: str, nominal: float | None
 ) -> SampledSiteQuantity | None:
-    """One number of an exposed site, of the samples that have it."""
     sites = [one["exposed"][number] if one.get("exposed") else {} for one in values]
     found = _column(sites, name)
     if np.isfinite(found).sum() < _FEWEST:
