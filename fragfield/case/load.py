@@ -86,7 +86,20 @@ def case_from_document(document: Mapping[str, Any], *, source: str, folder: Path
     case = with_axes(case)
     refuse(source, [*of_attitude, *check_case(case, burst=burst)])
     stacked = stacked_names(case) if case.stack is not None else []
-    case = _resolved(case, source, folder)
+    rounds = [_resolved_round(entry, source, f"round[{i}]", folder) for i, entry in enumerate(case.round, start=1)]
+    planes, exposed = [resolved_plane(entry) for entry in case.plane], resolved_exposed(case)
+    with_files = _with_altitude(_with_files(case, source, folder), source)
+    standing = {entry.name for entry in rounds if entry.base == "ground"}
+    with faults_at(source, ""):
+        rounds = [on_base(entry, with_files) for entry in rounds]
+        rounds = expanded(with_files.model_copy(update={"round": rounds}), standing)
+    changes: dict[str, Any] = {"round": rounds, "stack": None, "plane": planes, "exposed": exposed}
+    if case.burst is not None:
+        changes["break_up"] = with_casing_data(case.break_up, _casings(case, folder), source)
+    if case.burst is not None and case.burst.stop is None:
+        stop = "acceleration" if case.burst.end_time is None else "time"
+        changes["burst"] = case.burst.model_copy(update={"stop": stop})
+    case = with_counts(with_files.model_copy(update=changes), source, folder)
     refuse(source, check_charges(case, stacked))
     refuse(source, check_geometry(case))
     if is_mixed(case):
@@ -134,23 +147,6 @@ def _refuse_deep(document: Mapping[str, Any], source: str) -> None:
             refuse(source, [Fault(visible(first), f"found tables nested deeper; allowed: {MOST_DEPTH} levels")])
         below = found.values() if isinstance(found, dict) else found if isinstance(found, (list, tuple)) else ()
         waiting += [(first, value, depth + 1) for value in below]
-
-
-def _resolved(case: CaseTable, source: str, folder: Path) -> CaseTable:
-    rounds = [_resolved_round(entry, source, f"round[{i}]", folder) for i, entry in enumerate(case.round, start=1)]
-    planes, exposed = [resolved_plane(entry) for entry in case.plane], resolved_exposed(case)
-    with_files = _with_altitude(_with_files(case, source, folder), source)
-    standing = {entry.name for entry in rounds if entry.base == "ground"}
-    with faults_at(source, ""):
-        rounds = [on_base(entry, with_files) for entry in rounds]
-        rounds = expanded(with_files.model_copy(update={"round": rounds}), standing)
-    changes: dict[str, Any] = {"round": rounds, "stack": None, "plane": planes, "exposed": exposed}
-    if case.burst is not None:
-        changes["break_up"] = with_casing_data(case.break_up, _casings(case, folder), source)
-    if case.burst is not None and case.burst.stop is None:
-        stop = "acceleration" if case.burst.end_time is None else "time"
-        changes["burst"] = case.burst.model_copy(update={"stop": stop})
-    return with_counts(with_files.model_copy(update=changes), source, folder)
 
 
 def _casings(case: CaseTable, folder: Path) -> list[Substance]:

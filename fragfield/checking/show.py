@@ -73,7 +73,14 @@ def _found(found: Checked) -> Iterator[str | Table]:
         yield f"{held.file}: {held.number:.10g} fragments of {held.mass:.4g} kg"
         if held.recovered:
             yield held.recovered.words
-    yield from _prescribed(found)
+    if official := found.official:
+        for key, label in OFFICIAL_LABELS.items():
+            if (distance := getattr(official, key)) is not None:
+                yield f"{label}: {metres(distance)}, {official.source}"
+    if contents := found.contents:
+        yield quantity_words(contents.explosive, contents.tnt, contents.equivalents)
+    yield f"{found.distance_to_apply.line}, as prescribed; a larger computed distance takes its place"
+    yield from (f"  {words}" for words in found.distance_to_apply.words)
     for warning in found.warnings:
         yield f"warning: {warning}"
 
@@ -113,17 +120,6 @@ def _burst(found: CheckedBurst) -> Iterator[str | Table]:
 def _substance(kind: Literal["explosive", "casing"], one: Graded) -> str:
     title = substance_title(one.name, kind) if one.grades else "values of the user's own"
     return f"{kind} {one.name}: {title}{f' ({one.grades})' if one.grades else ''}"
-
-
-def _prescribed(found: Checked) -> Iterator[str | Table]:
-    if official := found.official:
-        for key, label in OFFICIAL_LABELS.items():
-            if (distance := getattr(official, key)) is not None:
-                yield f"{label}: {metres(distance)}, {official.source}"
-    if contents := found.contents:
-        yield quantity_words(contents.explosive, contents.tnt, contents.equivalents)
-    yield f"{found.distance_to_apply.line}, as prescribed; a larger computed distance takes its place"
-    yield from (f"  {words}" for words in found.distance_to_apply.words)
 
 
 def _alike(rounds: Sequence[CheckedRound]) -> list[tuple[list[str], CheckedRound]]:

@@ -96,7 +96,13 @@ def read_map(
         )
     if not path.is_file():
         raise InputError(f"{path}: no such file")
-    _refuse_second_libraries(path)
+    apart = "dolfinx" in sys.modules and "rasterio" not in sys.modules and find_spec("dolfinx_solver") is None
+    found = find_spec("rasterio") if apart else None
+    if found is not None and found.origin and Path(found.origin).parent.with_name("rasterio.libs").is_dir():
+        raise InputError(
+            f"{path}: found rasterio from PyPI beside dolfinx, whose libraries do not go together; needed: both from "
+            f"one place: pip uninstall rasterio pyproj, then {INSTALL}"
+        )
     # Where the caller has imported Debian 12's dolfinx RTLD_GLOBAL is set: rasterio's GEOS would stand for shapely's.
     sys.setdlopenflags(os.RTLD_NOW)
     try:
@@ -127,17 +133,6 @@ def read_map(
             raise InputError(f"{path}: the map has a hole at the site; give datum as a height (m)")
     facts["filled"], beyond = _fill(path, heights, step) if holes == "neighbours" else (0, None)
     return HeightMap(heights - datum, step, corner, datum=datum, name=str(path), beyond=beyond, facts=facts)
-
-
-def _refuse_second_libraries(path: Path) -> None:
-    """Refuse PyPI's rasterio once another dolfinx than PyPI's is loaded: the libraries of both break each other."""
-    apart = "dolfinx" in sys.modules and "rasterio" not in sys.modules and find_spec("dolfinx_solver") is None
-    found = find_spec("rasterio") if apart else None
-    if found is not None and found.origin and Path(found.origin).parent.with_name("rasterio.libs").is_dir():
-        raise InputError(
-            f"{path}: found rasterio from PyPI beside dolfinx, whose libraries do not go together; needed: both from "
-            f"one place: pip uninstall rasterio pyproj, then {INSTALL}"
-        )
 
 
 def _refuse_words(path: Path) -> None:

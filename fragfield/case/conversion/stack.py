@@ -32,7 +32,14 @@ def check_stack(case: CaseTable) -> Iterator[Fault]:
         faults.append(Fault("stack", f"found {stack.size} rounds; allowed: at most {_MOST_ROUNDS}"))
     yield from faults
     if not faults and not list(choice_faults(stack)):
-        yield from _names(case, stack)
+        template = _template(case, stack)
+        own = set(stacked_names(case))
+        for number, entry in enumerate(case.round, start=1):
+            if entry is not template and entry.name in own:
+                yield Fault(
+                    f"round[{number}].name",
+                    f"found {show(entry.name)}, a name of the stack's own rounds; allowed: another",
+                )
         yield from _ignited(case, stack)
 
 
@@ -125,16 +132,6 @@ def _template_faults(case: CaseTable, stack: StackTable) -> Iterator[Fault]:
             f'found "triangle" for rounds with axis = {list(template.axis)}; '
             "allowed: rounds that stand upright or lie level",
         )
-
-
-def _names(case: CaseTable, stack: StackTable) -> Iterator[Fault]:
-    template = _template(case, stack)
-    own = set(stacked_names(case))
-    for number, entry in enumerate(case.round, start=1):
-        if entry is not template and entry.name in own:
-            yield Fault(
-                f"round[{number}].name", f"found {show(entry.name)}, a name of the stack's own rounds; allowed: another"
-            )
 
 
 def _ignited(case: CaseTable, stack: StackTable) -> Iterator[Fault]:

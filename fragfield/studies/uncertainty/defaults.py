@@ -133,7 +133,17 @@ def _mean_mass(case: CaseTable) -> Iterator[UncertainInputTable]:
         if getattr(case.break_up, key.rpartition(".")[2]) == "paper":
             return
     elif isinstance(law, str):
-        yield from _gurney_sarmousakis(case)
+        from transition.law.mean_mass import explosive_constant
+
+        names = {entry.explosive.name for entry in case.round if not isinstance(entry.explosive, str)}
+        if case.break_up.explosive_constant is not None:
+            yield _with_factor(case, "break_up.explosive_constant", 0.5)
+        elif len(names) == 1:
+            constant = explosive_constant(names.pop(), None)
+            entry = _with_factor(case, "break_up.explosive_constant", 0.5)
+            low, high = (constant * float(end) for end in (entry.low or 0.5, entry.high or 2.0))
+            values = {"applies": "value", "median": constant, "low": low, "high": high}
+            yield entry.model_copy(update=values)
         return
     else:
         key = "break_up.mean_mass"
@@ -151,18 +161,3 @@ def _with_factor(case: CaseTable, key: str, power: float) -> UncertainInputTable
     factor = max(factor, 1.001)  # 1: measured, next to no spread
     ends = {name: table[name] ** power for name in ("low", "high")}
     return _entry("mean_mass", [key], table, factor=factor**power, **ends)
-
-
-def _gurney_sarmousakis(case: CaseTable) -> Iterator[UncertainInputTable]:
-    """The mean mass is the square of the explosive's constant; with several explosives there is no one key for it."""
-    from transition.law.mean_mass import explosive_constant
-
-    names = {entry.explosive.name for entry in case.round if not isinstance(entry.explosive, str)}
-    if case.break_up.explosive_constant is not None:
-        yield _with_factor(case, "break_up.explosive_constant", 0.5)
-    elif len(names) == 1:
-        constant = explosive_constant(names.pop(), None)
-        entry = _with_factor(case, "break_up.explosive_constant", 0.5)
-        low, high = (constant * float(end) for end in (entry.low or 0.5, entry.high or 2.0))
-        values = {"applies": "value", "median": constant, "low": low, "high": high}
-        yield entry.model_copy(update=values)
