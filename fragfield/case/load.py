@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 from pydantic import ValidationError
 
 from fragfield.case.checks.consistency import check_case, check_charges, check_protective_works
+from fragfield.case.checks.estimates import stage_faults
 from fragfield.case.checks.expected_masses import unit_faults
-from fragfield.case.checks.stages import stage_faults
 from fragfield.case.conversion.attitude import attitude_faults, is_mixed, with_axes
 from fragfield.case.conversion.exposed_sites import resolved_exposed
 from fragfield.case.conversion.mean_mass import check_counts, with_casing_data, with_counts
@@ -33,10 +33,9 @@ from fragfield.case.tables.round import (
     RoundTable,
     resolved_plane,
 )
-from fragfield.case.tables.site import PlacesTable
+from fragfield.case.tables.surroundings import PlacesTable
 from fragfield.contours.read import casing_volume, profile_of_contour
 from fragfield.errors import InputError
-from fragfield.files.stamped import MOST_CASE
 from fragfield.terminal.logs import hidden_in, visible
 from fragfield_base.paths import absolute
 from fragfield_base.reading import read_text
@@ -52,6 +51,8 @@ Material = ExplosiveTable | CasingTable
 _log = logging.getLogger(__name__)
 
 
+MOST_CASE = 1 << 26
+"""Largest size (bytes) of a case file: 64 MB hold ten thousand rounds of inline points."""
 MOST_DEPTH = 30
 """Levels of tables and lists in a case."""
 

@@ -13,7 +13,7 @@ from flight.hazard.criteria import Criteria
 from flight.shape import Box, Lognormal, Shape
 from fragfield.case.conversion.rounds import burst_rounds
 from fragfield.case.conversion.surroundings import surroundings
-from fragfield.case.conversion.symmetry import hazard_basis, is_axisymmetric, mirror_planes
+from fragfield.case.conversion.turned import hazard_basis, is_axisymmetric, mirror_planes
 from fragfield.case.faults import Fault
 from fragfield.case.schema import CaseTable
 from fragfield.case.tables.base import degrees_of
@@ -142,7 +142,7 @@ def hazard_criteria(case: CaseTable) -> Criteria:
 def hazard_directions(case: CaseTable, *, elsewhere: bool = False) -> tuple[str, tuple[float, ...]]:
     """Basis of the hazard distance, and mirror planes of the arrangement (degrees); none for given fragments.
 
-    See `fragfield.case.conversion.symmetry`.
+    See `fragfield.case.conversion.turned`.
     """
     if elsewhere or not case.round:
         return "worst_direction", ()

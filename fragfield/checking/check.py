@@ -22,8 +22,13 @@ from fragfield.case.conversion.surroundings import air_words, altitude_of, beari
 from fragfield.case.faults import Doubt
 from fragfield.case.problem import break_up_settings, burst_geometry, burst_settings, rigid_plane
 from fragfield.case.tables.round import PlaneTable, RoundTable
-from fragfield.checking.case_warnings import case_warnings, graded_name, mean_mass_warnings, waiting_on_estimates
-from fragfield.checking.cost import expected_cost
+from fragfield.checking.case_warnings import (
+    case_warnings,
+    expected_cost,
+    graded_name,
+    mean_mass_warnings,
+    waiting_on_estimates,
+)
 from fragfield.contours.read import is_of_file
 from fragfield.hazard.contents import contents_of
 from fragfield.hazard.rules import rules_for

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fragfield.contours.curves import FINE, Curve, Sheet, folded, is_axis_name, sampled
+from fragfield.contours.section import FINE, Curve, Sheet, folded, is_axis_name, sampled
 from fragfield.errors import InputError
 from fragfield_base.reading import read_bytes
 

@@ -13,8 +13,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from fragfield.contours.curves import Curve, Sheet, counted
-from fragfield.contours.section import Section, casing_section
+from fragfield.contours.section import Curve, Section, Sheet, casing_section, counted
 from fragfield.errors import InputError
 from fragfield_base.reading import read_bytes
 

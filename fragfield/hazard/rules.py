@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from fragfield.case import CaseTable
-from fragfield.case.tables.site import OfficialTable
+from fragfield.case.tables.surroundings import OfficialTable
 from fragfield.hazard.contents import COMPARISON, DISPOSAL, SITING, contents_of, quantity_words, with_images
 from fragfield.hazard.tp12 import BeamDistance, PolarField, StackDistance
 from fragfield.results.rules import Beam, Contents, FragmentField, Rule, Rules, StackRule, Tp12

@@ -1,4 +1,4 @@
-"""Verdicts in words: on exposed sites by their criteria, and on rounds without ignition points by the shock."""
+"""Verdicts in words: on exposed sites, rounds without ignition points, distances where the ground is not known."""
 
 from __future__ import annotations
 
@@ -9,8 +9,10 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from flight.hazard.density.distance import ExpectedDistance
 from fragfield.case import CaseTable
 from fragfield.case.conversion.exposed_sites import ExposedSite, outline_of
+from fragfield.case.conversion.surroundings import bearing_of, direction_words, ground_of
 from fragfield.numbers import number
 
 if TYPE_CHECKING:
@@ -143,3 +145,26 @@ def exposure_words(found: Exposure) -> str:
             "less: pressure and energy increase with smaller cells"
         )
     return words
+
+
+def beyond_map_words(case: CaseTable, expected: ExpectedDistance) -> str:
+    """Why a distance is not determined that reaches beyond the map, where the ground is not known; else empty.
+
+    `expected` is the distance of the flights of the resolved case.
+    """
+    ground = ground_of(case)
+    if isinstance(ground, float):
+        return ""
+    reach = ground.reach(case.flight.origin, expected.azimuth)
+    if expected.direction is None:  # one distance for every direction
+        reach = ground.reach(case.flight.origin, np.arange(360.0)).min(keepdims=True)
+    distance = np.fmax(expected.by_direction, expected.upper_by_direction)
+    farthest = int(np.argmax(distance - reach))
+    if not distance[farthest] > reach[farthest]:
+        return ""
+    turn = float(expected.azimuth[farthest])
+    where = "" if expected.direction is None else f", {direction_words(turn, bearing_of(case, turn), whole=True)}"
+    return (
+        f"over level ground beyond the map of heights it would be {distance[farthest]:.0f} m{where}, and the map ends "
+        f"{reach[farthest]:.0f} m from the rounds; take a larger map"
+    )

@@ -32,7 +32,7 @@ from fragfield.results.summary import Summary
 from fragfield.results.words import metres, whole_metres
 from fragfield.studies.study import DONE, FAILED, KEPT, Row, exit_code_of_rows, maker
 from fragfield.studies.sweep import Planned, Sweep, settings_of
-from fragfield.studies.tasks import Task
+from fragfield.studies.workers import Task
 from fragfield_base.inputs import NotAllowedError, Quantity
 
 if TYPE_CHECKING:

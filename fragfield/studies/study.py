@@ -26,8 +26,7 @@ from fragfield.interface.case import Case
 from fragfield.interface.kinds import Address, CaseFile, Count, Folder
 from fragfield.pipeline.parallel import launched_size
 from fragfield.results.part import Part, to_json
-from fragfield.studies.tasks import Outcome, Task
-from fragfield.studies.workers import make_all, workers_of
+from fragfield.studies.workers import Outcome, Task, make_all, workers_of
 from fragfield.terminal.show import plain_console
 from fragfield_base.paths import absolute
 from fragfield_base.reading import read_text

@@ -36,7 +36,7 @@ from fragfield.results.part import Part
 from fragfield.results.summary import Summary
 from fragfield.results.words import not_included_words, whole_metres
 from fragfield.studies.study import DONE, FAILED, KEPT, Row, Study, digest_of, exit_code_of_rows, maker
-from fragfield.studies.tasks import Task
+from fragfield.studies.workers import Task
 
 if TYPE_CHECKING:
     from pandas import DataFrame

@@ -9,7 +9,7 @@ import pytest
 from pydantic import BaseModel
 
 from fragfield.case import load_case
-from fragfield.case.checks.bounds import outside_hard, outside_soft
+from fragfield.case.faults import outside_hard, outside_soft
 from fragfield.case.keys import bounds_of, marks_of, tables_in
 from fragfield.case.load import case_from_document
 from fragfield.case.schema import CaseTable

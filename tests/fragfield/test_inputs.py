@@ -8,8 +8,7 @@ from typing import Annotated, ClassVar, Literal
 import pytest
 from pydantic import ValidationError
 
-from fragfield.case.checks.bounds import choice_faults, outside_hard, outside_soft
-from fragfield.case.faults import explain
+from fragfield.case.faults import choice_faults, explain, outside_hard, outside_soft
 from fragfield.case.tables.base import Table
 from fragfield_base.bounds import Bounds, OnlyWith, check_inputs
 from fragfield_base.errors import InputError

@@ -11,11 +11,10 @@ import pytest
 
 from flight.scene.plan import signed_area
 from fragfield.case import load_case
-from fragfield.case.tables.site import PlacesTable
+from fragfield.case.tables.surroundings import PlacesTable
 from fragfield.checking.check import describe_exposed
 from fragfield.errors import InputError
-from fragfield.places.polygons import box_around, convex_parts
-from fragfield.places.tables import tables_of_places
+from fragfield.places.tables import box_around, convex_parts, tables_of_places
 
 LATITUDE, LONGITUDE = 51.5, 7.0
 SITE = f'[site]\nlatitude = "{LATITUDE} deg"\nlongitude = "{LONGITUDE} deg"\nbearing = "90 deg"\n'

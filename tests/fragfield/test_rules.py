@@ -9,7 +9,7 @@ from itertools import pairwise
 
 import pytest
 
-from fragfield.case.tables.site import OfficialTable
+from fragfield.case.tables.surroundings import OfficialTable
 from fragfield.hazard.contents import (
     COMPARISON,
     DISPOSAL,

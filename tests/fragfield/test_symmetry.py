@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from fragfield.case import load_case, load_changed_case
-from fragfield.case.conversion.symmetry import all_azimuths_alike, is_axisymmetric
+from fragfield.case.conversion.turned import all_azimuths_alike, is_axisymmetric
 from fragfield.case.problem import break_up_settings
 
 CASES = Path(__file__).parents[2] / "cases"

@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from burst_fenicsx.problem import ProductModel
-from fragfield.case.checks.bounds import choice_faults, outside_hard
 from fragfield.case.checks.expected_masses import check_expected
 from fragfield.case.checks.uncertain_inputs import check_uncertainty
 from fragfield.case.conversion.clearance import Body, clearance, near_pairs
@@ -18,11 +17,11 @@ from fragfield.case.conversion.exposed_sites import check_exposed
 from fragfield.case.conversion.rounds import heights, meshed, placed, profile_of
 from fragfield.case.conversion.stack import check_stack
 from fragfield.case.conversion.surroundings import ground_height, ground_of, surroundings
-from fragfield.case.faults import Fault
+from fragfield.case.faults import Fault, choice_faults, outside_hard
 from fragfield.case.schema import CaseTable
 from fragfield.case.tables.burst import BurstTable
 from fragfield.case.tables.round import UP, ExplosiveTable, PlaneTable, RoundTable
-from fragfield.case.tables.site import check_official
+from fragfield.case.tables.surroundings import check_official
 from fragfield.errors import nearest
 from fragfield_base.errors import show
 

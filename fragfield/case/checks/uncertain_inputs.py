@@ -6,8 +6,7 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from fragfield.case.checks.bounds import choice_faults
-from fragfield.case.faults import Fault
+from fragfield.case.faults import Fault, choice_faults
 from fragfield.case.keys import unit_of_key
 from fragfield.case.schema import CaseTable, UncertainInputTable
 from fragfield_base.errors import show

@@ -12,7 +12,7 @@ from dataclasses import replace
 from typing import Literal
 
 from fragfield.case.conversion.surroundings import bearing_of, direction_words
-from fragfield.case.conversion.symmetry import all_azimuths_alike
+from fragfield.case.conversion.turned import all_azimuths_alike
 from fragfield.case.faults import Fault
 from fragfield.case.schema import CaseTable
 from fragfield.results.hazard import Attitude

@@ -7,9 +7,8 @@ from collections.abc import Container, Iterator, Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fragfield.case.checks.bounds import choice_faults
 from fragfield.case.conversion.surroundings import ground_height
-from fragfield.case.faults import Fault
+from fragfield.case.faults import Fault, choice_faults
 from fragfield.case.schema import CaseTable
 from fragfield.case.tables.round import IgnitionTable, RoundTable, StackTable
 from fragfield.errors import nearest

@@ -22,8 +22,7 @@ from rich.table import Table as Lines
 
 from fragfield.case.load import case_from_document
 from fragfield.errors import EXIT_DONE, EXIT_NUMERICAL, InputError, NotDeterminedError
-from fragfield.files.run_directory import STAGES, RunDirectory
-from fragfield.files.stamped import stamped_json
+from fragfield.files.run_directory import STAGES, RunDirectory, stamped_json
 from fragfield.hazard.recommended import recommended_of
 from fragfield.hazard.site_map import write_contours
 from fragfield.hazard.to_apply import distance_to_apply
@@ -47,9 +46,9 @@ from fragfield.results.uncertainty import (
 )
 from fragfield.results.words import metres, parts_words
 from fragfield.studies.study import DONE, FAILED, KEPT, WAITING, Row, Study, digest_of, maker
-from fragfield.studies.tasks import Task
 from fragfield.studies.uncertainty.plan import Plan, plan_samples
 from fragfield.studies.uncertainty.statistics import analyse, spread_of, without_statistical_error
+from fragfield.studies.workers import Task
 from fragfield.version import __version__
 from fragfield_base.cores import cores
 from fragfield_base.writing import write_text
