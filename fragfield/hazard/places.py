@@ -88,19 +88,11 @@ class Places:
         return 0.5 * (near + far) * np.array([math.cos(turn + 0.5 * angle), math.sin(turn + 0.5 * angle)])
 
     def touched(self, pieces: Sequence[Array]) -> Integers:
-        """Places that share a point with one of the convex polygons (k, 2), by the axes that separate polygons."""
-        found = np.zeros(len(self.area), dtype=bool)
-        own = _normals(self.corners)
-        mine = np.einsum("pij,pkj->pik", self.corners, own)
-        for piece in pieces:
-            theirs, ours = piece @ _normals(piece).T, self.corners @ _normals(piece).T
-            apart = ((ours.min(axis=1) > theirs.max(axis=0)) | (ours.max(axis=1) < theirs.min(axis=0))).any(axis=1)
-            near = np.flatnonzero(~apart)
-            theirs = np.einsum("ij,pkj->pik", piece, own[near])
-            least, most = mine[near].min(axis=1), mine[near].max(axis=1)
-            apart = ((least > theirs.max(axis=1)) | (most < theirs.min(axis=1))).any(axis=1)
-            found[near[~apart]] = True
-        return np.flatnonzero(found)
+        """Places that share a point with one of the convex polygons (k, 2)."""
+        import shapely
+
+        outlines = shapely.polygons(self.corners)
+        return np.flatnonzero(np.any([shapely.intersects(outlines, shapely.Polygon(one)) for one in pieces], axis=0))
 
     def free(self, chosen: Integers, plans: Sequence[Array]) -> Array:
         """Fraction of the chosen places that no plan (k, 2) of an obstacle covers."""
@@ -214,8 +206,3 @@ def kernel_weights(grid: PolarGrid, kernel: float) -> Array:
 
 def _size(distance: float) -> float:
     return min(LARGEST, max(SMALLEST, RELATIVE * distance))
-
-
-def _normals(corners: Array) -> Array:
-    ways = np.roll(corners, -1, axis=-2) - corners
-    return np.stack([-ways[..., 1], ways[..., 0]], axis=-1)

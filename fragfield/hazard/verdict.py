@@ -7,7 +7,6 @@ from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from flight.hazard.density.distance import ExpectedDistance
 from fragfield.case import CaseTable
@@ -92,21 +91,12 @@ def no_margin(case: CaseTable, site: ExposedSite) -> str:
         return "a building is judged by the hits on its walls and roof"
     if limit != case.hazard.density or (site.energy, site.height) != usual:
         return "has a density, energy or height of its own"
+    import shapely
+
     origin = np.asarray(case.flight.origin, dtype=np.float64)
-    between = [one.name for one in case.obstacle if _stands_between(outline_of(one), origin, site.edge())]
+    ways = shapely.linestrings(np.stack([np.broadcast_to(origin, site.edge().shape), site.edge()], axis=1))
+    between = [one.name for one in case.obstacle if shapely.LinearRing(outline_of(one)).intersects(ways).any()]
     return f"shelter decides: behind {', '.join(between)}" if between else ""
-
-
-def _stands_between(plan: NDArray[np.float64], origin: NDArray[np.float64], edge: NDArray[np.float64]) -> bool:
-    """Whether a straight way in plan from the origin to a point of the edge (n, 2) crosses a polygon (k, 2)."""
-    start, side = plan, np.roll(plan, -1, axis=0) - plan
-    way = (edge - origin)[:, None]
-    across = way[..., 0] * side[:, 1] - way[..., 1] * side[:, 0]
-    to = start - origin
-    with np.errstate(divide="ignore", invalid="ignore"):
-        along = (to[:, 0] * side[:, 1] - to[:, 1] * side[:, 0]) / across
-        on_side = (to[:, 0] * way[..., 1] - to[:, 1] * way[..., 0]) / across
-    return bool(((along > 0.0) & (along < 1.0) & (on_side >= 0.0) & (on_side <= 1.0)).any())
 
 
 _VERDICT = {
