@@ -8,8 +8,7 @@ import pytest
 
 from burst_fenicsx.geometry import load_profile, profile_names
 from burst_fenicsx.materials.library import casing_names
-from fragfield.case import CaseTable, differences, load_case, read_resolved, to_toml
-from fragfield.case.keys import unit_of_key
+from fragfield.case import load_case, read_resolved, to_toml
 from fragfield.case.load import case_from_document, read_document
 from fragfield.errors import InputError
 from fragfield.studies.uncertainty.inputs import inputs_of
@@ -30,25 +29,12 @@ def _case(*inputs, file=TUBE, changes=None, **table):
     return case_from_document(document, source="case.toml", folder=file.parent)
 
 
-@pytest.mark.parametrize(
-    ("key", "unit"),
-    [("round.*.explosive.heat_of_detonation", "J/kg"), ("round.shell.ignition.0.station", "m"),
-     ("break_up.prefactor", ""), ("flight.drag", ""), ("burst.products", None), ("round.0.casing", None)],
-)  # fmt: skip
-def test_units_of_keys(key, unit):
-    assert unit_of_key(key, CaseTable) == unit
-
-
 def test_a_resolved_case_keeps_the_table(tmp_path):
     case = _case(RADIUS, samples=64)
     path = tmp_path / "case.toml"
     path.write_text(to_toml(case))
     assert read_resolved(path).uncertainty == case.uncertainty
     assert case.uncertainty.input[0].high == 2.1
-
-
-def test_no_run_depends_on_the_table():
-    assert differences(load_case(TUBE), _case(RADIUS)) == []
 
 
 # --- the default set ----------------------------------------------------------------------------------------------
@@ -109,17 +95,6 @@ def test_the_mean_mass_is_varied_by_what_its_law_is_linear_in(break_up, key, fac
     assert found.keys == (key,)
     assert found.distribution.parameters["factor"] == pytest.approx(factor)
     assert found.judgement == (break_up.get("mean_mass") == "14.9 g")
-
-
-def test_the_mean_mass_follows_its_key():
-    """A draw of f gives fragments of f times the mean mass, with every law that has a key for it."""
-    from transition.law.mean_mass import gurney_sarmousakis, mott_1947, mott_linfoot
-
-    assert mott_linfoot(8.0, 7850, 0.1, 1e5, 0.01, 1000) == pytest.approx(
-        2 * mott_linfoot(4.0, 7850, 0.1, 1e5, 0.01, 1000)
-    )
-    assert mott_1947(7850, 2e9, 67, 0.01, 1e4) == pytest.approx(2 * mott_1947(7850, 1e9, 67, 0.01, 1e4))
-    assert gurney_sarmousakis(2**0.5, 0.01, 0.1) == pytest.approx(2 * gurney_sarmousakis(1.0, 0.01, 0.1))
 
 
 # --- samples --------------------------------------------------------------------------------------------------------
