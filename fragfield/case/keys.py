@@ -128,14 +128,9 @@ class Key:
         forms = {kinds.get(one, "value") for one in self.types}
         return forms.pop() if len(forms) == 1 else "value"
 
-    @property
-    def only_with(self) -> OnlyWith | None:
-        """Another key of the table with which it is read."""
-        return next((mark for mark in self.marks if isinstance(mark, OnlyWith)), None)
-
     def applies(self, table: Mapping[str, Any], defaults: Mapping[str, Any]) -> bool:
         """Whether it is read with what a table, else its defaults, says of the other key."""
-        mark = self.only_with
+        mark = next((mark for mark in self.marks if isinstance(mark, OnlyWith)), None)
         return mark is None or mark.holds(table.get(mark.key, defaults.get(mark.key)))
 
     def written(self, value: Any) -> Any:  # noqa: ANN401 - any value of TOML

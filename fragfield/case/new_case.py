@@ -87,7 +87,8 @@ def _chosen(
 
     _require("--round", profile, profile_names())
     explosive = _built_in("--explosive", explosive, "explosive", burst_explosive_names())
-    casing = casing or _casing_for(profile, casing_names())
+    words = set(profile.split("_"))  # "steel_m107" is that of "m107"
+    casing = casing or next((one for one in casing_names() if words & set(one.split("_"))), _USUAL_CASING)
     casing = _built_in("--casing", casing, "casing", casing_names())
     chosen: dict[str, Any] = {
         "title": f"{profile}, {explosive}" + (f", {stack}" if stack else ""),
@@ -140,12 +141,6 @@ def _require(option: str, name: str, allowed: Iterable[str]) -> None:
     names = list(allowed)
     if name not in names:
         raise InputError(f'{option}: found "{name}"{nearest(name, names)}; allowed: {", ".join(names)}')
-
-
-def _casing_for(profile: str, casings: Iterable[str]) -> str:
-    """The casing that shares a word with the profile's name ("steel_m107" with "m107"), else the paper's steel."""
-    words = set(profile.split("_"))
-    return next((casing for casing in casings if words & set(casing.split("_"))), _USUAL_CASING)
 
 
 def _value(model: type[BaseModel], name: str) -> object:

@@ -93,9 +93,8 @@ def doubts(case: CaseTable, *, burst: bool = True) -> Iterator[str]:
     if settings.products == "landau":
         yield Doubt(
             "burst.products",
-            ' = "landau" starts from the pressure of an instantaneous explosion; with a '
-            "travelling detonation front the products do about 1.2 times the work rho Q; "
-            '"landau_cj" and "jwl" give the heat of detonation',
+            ' = "landau" starts from the pressure of an instantaneous explosion; with a travelling detonation front '
+            'the products do about 1.2 times the work rho Q; "landau_cj" and "jwl" give the heat of detonation',
         )
     if settings.burn == "time" and settings.products != "jwl":
         yield Doubt(
@@ -155,9 +154,8 @@ def mean_mass_warnings(case: CaseTable, rounds: Sequence[Round], described: Sequ
             others = f" and {number - 1} alike" if number > 1 else ""
             yield Doubt(
                 f"round[{index + 1}]",
-                f" ({known.name}{others}): no published mean masses of fragments are close: "
-                f"{'; '.join(texts)}. No published scatter covers it: measure the mean mass, or vary it and compare "
-                "the distances",
+                f" ({known.name}{others}): no published mean masses of fragments are close: {'; '.join(texts)}. No "
+                "published scatter covers it: measure the mean mass, or vary it and compare the distances",
             )
 
 
@@ -169,8 +167,7 @@ def _heavy_mean(case: CaseTable, described: Sequence[CheckedRound]) -> Iterator[
         if light:
             yield Doubt(
                 f"round[{index + 1}]",
-                f" ({described[index].name}): break_up.mean_mass = {mean:g} kg is above the "
-                "mass of "
+                f" ({described[index].name}): break_up.mean_mass = {mean:g} kg is above the mass of "
                 f"{' and '.join(light)}, of which each stays one piece",
             )
 

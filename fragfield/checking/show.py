@@ -100,9 +100,8 @@ def _burst(found: CheckedBurst) -> Iterator[str | Table]:
     mesh, expected = found.mesh, found.expected
     yield f"burst: {found.geometry.choice} ({found.geometry.reason})"
     yield (
-        f"mesh: {mesh.cells} cells, {mesh.nodes} nodes, smallest scaled Jacobian "
-        f"{mesh.min_scaled_jacobian:.3f}, largest aspect ratio {mesh.max_aspect_ratio:.1f}, "
-        f"shortest edge {mesh.min_edge * 1e3:.3g} mm"
+        f"mesh: {mesh.cells} cells, {mesh.nodes} nodes, smallest scaled Jacobian {mesh.min_scaled_jacobian:.3f}, "
+        f"largest aspect ratio {mesh.max_aspect_ratio:.1f}, shortest edge {mesh.min_edge * 1e3:.3g} mm"
     )
     from burst_fenicsx.symmetry import symmetry_words
 

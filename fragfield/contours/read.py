@@ -116,6 +116,8 @@ def _centre_lines(path: object, sheet: Sheet, points: Array, near: float) -> lis
 
 def _possible(points: Array, near: float) -> Iterator[Axis]:
     """X = 0 and y = 0 where the section begins there, and lines about which it is symmetric."""
+    from scipy.spatial import cKDTree
+
     directions: tuple[Literal["horizontal", "upright"], ...] = ("horizontal", "upright")
     for along, direction in enumerate(directions):
         across = points[:, 1 - along]
@@ -123,16 +125,11 @@ def _possible(points: Array, near: float) -> Iterator[Axis]:
         middle = 0.5 * (low + high)
         if abs(low) <= near or abs(high) <= near:
             yield Axis(direction, 0.0, f"the section begins at {'yx'[along]} = 0")
-        elif _is_mirrored(points, along, middle, near):
+            continue
+        mirrored = points.copy()
+        mirrored[:, 1 - along] = 2.0 * middle - mirrored[:, 1 - along]
+        if cKDTree(points).query(mirrored)[0].max() <= near:
             yield Axis(direction, 0.0 if abs(middle) <= near else middle, "the section is symmetric about it")
-
-
-def _is_mirrored(points: Array, along: int, middle: float, near: float) -> bool:
-    from scipy.spatial import cKDTree
-
-    mirrored = points.copy()
-    mirrored[:, 1 - along] = 2.0 * middle - mirrored[:, 1 - along]
-    return bool(np.all(cKDTree(points).query(mirrored)[0] <= near))
 
 
 def _longer(points: Array, possible: Sequence[Axis]) -> Axis | None:
@@ -140,17 +137,11 @@ def _longer(points: Array, possible: Sequence[Axis]) -> Axis | None:
         return possible[0]
     if len(possible) != 2 or possible[0].direction == possible[1].direction:
         return None
-    slender = {one.direction: _slenderness(points, one) for one in possible}
-    for one in possible:
-        if slender[one.direction] >= _SLENDER:
+    for one in possible:  # length over the diameter about it, or over the width where the section begins there
+        diameter = 2.0 * np.abs(points[:, 1 - one.along] - one.offset).max()
+        if np.ptp(points[:, one.along]) >= _SLENDER * diameter:
             return Axis(one.direction, one.offset, f"{one.why}, and it is the longer way")
     return None
-
-
-def _slenderness(points: Array, axis: Axis) -> float:
-    """Length over the diameter that the section has about an axis, or over its width where it begins there."""
-    radius = np.abs(points[:, 1 - axis.along] - axis.offset).max()
-    return float(np.ptp(points[:, axis.along]) / max(2.0 * radius, 1e-300))
 
 
 def find_nose(path: object, curves: Sequence[Curve], axis: Axis, asked: str | None) -> tuple[float, float, str]:
@@ -158,7 +149,9 @@ def find_nose(path: object, curves: Sequence[Curve], axis: Axis, asked: str | No
 
     `curves` are those of `turned`. Raises InputError where both ends are about as wide, or the side is not an end.
     """
-    points = np.concatenate([_refined(one.points) for one in curves])
+    # with further points between, so that a long line has some near its ends
+    refined = ([np.linspace(*ends, 201) for ends in pairwise(one.points)] for one in curves if len(one.points) < 100)
+    points = np.concatenate([*(one.points for one in curves), *(part for parts in refined for part in parts)])
     low, high = float(points[:, 0].min()), float(points[:, 0].max())
     words = ("left", "right") if axis.direction == "horizontal" else ("bottom", "top")
     if asked is not None:
@@ -183,11 +176,6 @@ def find_nose(path: object, curves: Sequence[Curve], axis: Axis, asked: str | No
     side = words[0] if first < last else words[1]
     why = f"nose {side}, the narrower end ({nose:.4g} mm in diameter, the other {base:.4g} mm)"
     return (low, 1.0, why) if first < last else (high, -1.0, why)
-
-
-def _refined(points: Array) -> Array:
-    parts = [np.linspace(start, end, 201) for start, end in pairwise(points)]
-    return np.concatenate(parts) if len(points) < 100 else points
 
 
 KINDS = (".dxf", ".csv", ".tsv", ".txt", ".xlsx", ".ods")

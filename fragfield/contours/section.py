@@ -35,11 +35,6 @@ class Curve:
     layer: str = ""
     """Its layer."""
 
-    @property
-    def is_straight(self) -> bool:
-        """Whether it is a line between two points."""
-        return len(self.points) == 2
-
     @cached_property
     def line(self) -> LineString:
         """Its points as shapely has them."""

@@ -108,15 +108,12 @@ def contents_of(case: CaseTable) -> Contents | None:
 
 
 def _on_a_line(positions: NDArray[np.float64]) -> bool:
-    if len(positions) < 2:
-        return False
     from_first = positions - positions[0]
     farthest = from_first[np.argmax(np.linalg.norm(from_first, axis=1))]
-    length = float(np.linalg.norm(farthest))
-    if length == 0.0:
+    if not farthest.any():  # a single one
         return False
-    along = (from_first @ farthest / length)[:, None] * farthest / length
-    return bool(np.linalg.norm(from_first - along, axis=1).max() <= _ON_A_LINE)
+    beside = np.linalg.norm(np.cross(from_first, farthest), axis=1) / np.linalg.norm(farthest)
+    return bool(beside.max() <= _ON_A_LINE)
 
 
 def _clearance(case: CaseTable, profiles: Sequence[Profile]) -> float | None:

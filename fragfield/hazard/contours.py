@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -101,7 +101,7 @@ def write_geojson(
         for contour in contours
     ]
     collection = {"type": "FeatureCollection", "features": [origin, *features], "provenance": dict(provenance or {})}
-    return _write(Path(path), json.dumps(collection, indent=1) + "\n")
+    return write_text(Path(path), json.dumps(collection, indent=1) + "\n", InputError)
 
 
 def write_kml(
@@ -123,7 +123,7 @@ def write_kml(
             _child(folders[contour.folder], "name", contour.folder)
         _placemark(folders[contour.folder], contour)
     ET.indent(root, " ")
-    return _write(Path(path), ET.tostring(root, encoding="unicode", xml_declaration=True) + "\n")
+    return write_text(Path(path), ET.tostring(root, encoding="unicode", xml_declaration=True) + "\n", InputError)
 
 
 def _geometry(contour: Contour) -> dict[str, Any]:
@@ -188,21 +188,11 @@ def _child(parent: ET.Element, name: str, text: str | None = None) -> ET.Element
 
 def _data(parent: ET.Element, entries: Mapping[str, object]) -> None:
     extended = _child(parent, "ExtendedData")
-    for key, value in _texts(entries):
-        data = _child(extended, "Data")
-        data.set("name", key)
-        _child(data, "value", value)
-
-
-def _texts(entries: Mapping[str, object]) -> Iterator[tuple[str, str]]:
     for key, value in entries.items():
-        if value is None:
-            continue
-        yield key, str(value).lower() if isinstance(value, bool) else str(value)
-
-
-def _write(path: Path, text: str) -> Path:
-    return write_text(path, text, InputError)
+        if value is not None:
+            data = _child(extended, "Data")
+            data.set("name", key)
+            _child(data, "value", str(value).lower() if isinstance(value, bool) else str(value))
 
 
 def cut_line(line: NDArray[np.float64], *, closed: bool = False) -> list[NDArray[np.float64]]:

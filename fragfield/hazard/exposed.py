@@ -287,6 +287,8 @@ def _all_round(
     They are not where directions differ, where the site has an energy or a height of its own, or where too few
     fragments reach so far that a bound could be drawn from them.
     """
+    from scipy.special import stdtrit
+
     from flight.hazard.density.expected import KINDS
 
     usual = case.hazard.energy, case.hazard.person_height
@@ -299,7 +301,8 @@ def _all_round(
     ends = np.clip([distance.min(), distance.max()], 1e-3, None)
     inner = expected.radius[(expected.radius > ends[0]) & (expected.radius < ends[1])]
     at = np.log(np.concatenate([ends, inner]))  # between its points the curve is a line in logarithms
-    factor = student_bound(expected.groups)
+    # of the bootstrap's standard deviation, one-sided, for so many groups
+    factor = float(stdtrit(expected.groups - 1, LEVEL)) * math.sqrt(expected.groups / (expected.groups - 1))
     made = {}
     for kind, name in enumerate(KINDS):
         with np.errstate(divide="ignore"):
@@ -317,13 +320,6 @@ def _all_round(
         bound = float(upper[np.isfinite(upper)].max())
         made[name] = Estimate(expected=value, upper=bound, standard_error=value * float(spread[worst]))
     return made["ground"], made["normal"]
-
-
-def student_bound(groups: int) -> float:
-    """Factor on the bootstrap's standard deviation for a one-sided bound at `LEVEL`, for so many groups."""
-    from scipy.special import stdtrit
-
-    return float(stdtrit(groups - 1, LEVEL)) * math.sqrt(groups / (groups - 1))
 
 
 def _margin(away: NDArray[np.float64], distance: NDArray[np.float64], found: EnsembleHazard) -> float | None:

@@ -359,9 +359,8 @@ def _zone_words(beam: Beam) -> str:
 
 def _stack_words(stack: StackRule, mott: FragmentField) -> str:
     return (
-        f"N_E = {stack.effective_number:.3g} of {stack.side} rounds on the fullest side and {stack.top} on "
-        f"top ({stack.cover}); Q0 = {mott.per_steradian:.3g} per steradian, "
-        f"m0 = {1e3 * mott.mean_mass:.3g} g, V = {mott.speed:.4g} m/s "
-        f"from {stack.low:.0f} to {stack.high:.0f} degrees; "
-        f"lightest hazardous fragment {1e3 * (stack.lightest or 0.0):.3g} g{' by free fall' if stack.free_fall else ''}"
+        f"N_E = {stack.effective_number:.3g} of {stack.side} rounds on the fullest side and {stack.top} on top "
+        f"({stack.cover}); Q0 = {mott.per_steradian:.3g} per steradian, m0 = {1e3 * mott.mean_mass:.3g} g, V = "
+        f"{mott.speed:.4g} m/s from {stack.low:.0f} to {stack.high:.0f} degrees; lightest hazardous fragment "
+        f"{1e3 * (stack.lightest or 0.0):.3g} g{' by free fall' if stack.free_fall else ''}"
     )

@@ -119,7 +119,12 @@ def shapes_of(
 
     `exposed` are the sites with their verdicts, `recommended` is the recommended distance (m).
     """
-    shapes = [*_distances(case, found), *_recommended(case, recommended), *_obstacles(case), *map(_exposed, exposed)]
+    shapes = [*_distances(case, found), *_recommended(case, recommended)]
+    shapes += [
+        Shape("obstacle", one.name, outline_of(one), properties={"obstacle": one.kind, "height_m": one.height})
+        for one in case.obstacle
+    ]
+    shapes += map(_exposed, exposed)
     if case.round:
         images = zip(image_names(case), with_images(case), strict=True)
         shapes += [Shape("round", name, position[None, :2]) for name, position in images]
@@ -192,11 +197,6 @@ def _recommended(case: CaseTable, distance: float | None) -> Iterator[Shape]:
     points = np.asarray(case.flight.origin) + distance * np.column_stack([np.cos(turn), np.sin(turn)])
     name = f"{KINDS['recommended']}, {metres(distance)}"
     yield Shape("recommended", name, points, properties={"distance_m": round(distance, 3)})
-
-
-def _obstacles(case: CaseTable) -> Iterator[Shape]:
-    for one in case.obstacle:
-        yield Shape("obstacle", one.name, outline_of(one), properties={"obstacle": one.kind, "height_m": one.height})
 
 
 def _exposed(site: ExposedSite) -> Shape:

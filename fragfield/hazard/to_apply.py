@@ -35,7 +35,11 @@ def distance_to_apply(hazard: Hazard | None, official: Official | None, rules: S
     return DistanceToApply(
         line=f"Distance to apply: {', '.join(_distance(one, title) for one, title in uses)}",
         computed=computed, siting=siting, disposal=disposal, official=against,
-        words=(*_by(uses), *_left_out(uses), *against),
+        words=(
+            *(f"{title[0].upper()}{title[1:]}: {metres(one.distance)}, by {one.by}." for one, title in uses if one.by),
+            *_left_out(uses),
+            *against,
+        ),
     )  # fmt: skip
 
 
@@ -43,12 +47,6 @@ def _distance(one: DistanceOfUse, title: str) -> str:
     if one.incomplete and one.distance is not None:
         return f"at least {metres(one.distance)} ({title}, incomplete)"
     return f"{'not known' if one.distance is None else metres(one.distance)} ({title})"
-
-
-def _by(uses: _Uses) -> Iterator[str]:
-    for one, title in uses:
-        if one.distance is not None:
-            yield f"{title[0].upper()}{title[1:]}: {metres(one.distance)}, by {one.by}."
 
 
 def _left_out(uses: _Uses) -> Iterator[str]:

@@ -332,3 +332,7 @@ def _positions(element: Element, where: str, left_out: Counter[str]) -> list[tup
     ):
         left_out["above the ground"] += 1
     return placed
+
+
+READERS = {".geojson": read_geojson, ".json": read_geojson, ".kml": read_kml, ".kmz": read_kml}
+"""By the ends of files' names."""

@@ -58,18 +58,6 @@ _PLACED = {"name", "kind", "position", "latitude", "longitude", "points", "point
 _SUFFIX = re.compile(r"^(.*?)[_ ]*[\[(]?\s*(mm|cm|km|m|ft|in|m2|m\^2|ft2|J|kJ)\s*[\])]?$")
 
 
-def read_places(path: Path) -> tuple[list[Feature], list[str]]:
-    """Features of a GeoJSON, KML or KMZ file; raises InputError for other endings and for faults in it."""
-    from fragfield.places.features import read_geojson, read_kml
-
-    kind = path.suffix.casefold()
-    if kind in (".geojson", ".json"):
-        return read_geojson(path)
-    if kind in (".kml", ".kmz"):
-        return read_kml(path)
-    raise InputError(f"{path}: found a file that ends in {kind or 'nothing'}; allowed: .geojson, .json, .kml, .kmz")
-
-
 def tables_of_places(
     table: PlacesTable, path: Path, site: Site, origin: tuple[float, float] = (0.0, 0.0)
 ) -> tuple[dict[str, list[dict[str, Any]]], list[str]]:
@@ -79,7 +67,11 @@ def tables_of_places(
     file, kinds that are not known, shapes that a kind cannot have, sizes that are missing or have no unit, places
     farther than 100 km, or at positions whose latitude and longitude are exchanged.
     """
-    features, notes = read_places(path)
+    from fragfield.places.features import READERS
+
+    if (ending := path.suffix.casefold()) not in READERS:
+        raise InputError(f"{path}: found a file that ends in {ending or 'nothing'}; allowed: {', '.join(READERS)}")
+    features, notes = READERS[ending](path)
     kinds = _kinds(path, features, table)
     _check_distances(path, [one for one, kind in zip(features, kinds, strict=True) if kind != "ignore"], site)
     made: dict[str, list[dict[str, Any]]] = {"exposed": [], "obstacle": []}
@@ -108,7 +100,10 @@ def tables_of_places(
         except InputError as fault:
             raise InputError(f"{feature.where}: {fault}") from None
         for place in placed:
-            made[where].append({"name": _unique(feature, kind, names), "kind": kind, **place, **known})
+            name = feature.name or kind
+            names[name] += 1
+            own = name if feature.name and names[name] == 1 else f"{name} {names[name]}"
+            made[where].append({"name": own, "kind": kind, **place, **known})
     if ignored:
         notes.append(f"{ignored} places ignored by their kind")
     return {key: entries for key, entries in made.items() if entries}, notes
@@ -116,12 +111,6 @@ def tables_of_places(
 
 def _title(feature: Feature) -> str:
     return feature.where.rpartition(": ")[2]
-
-
-def _unique(feature: Feature, kind: str, names: Counter[str]) -> str:
-    name = feature.name or kind
-    names[name] += 1
-    return name if feature.name and names[name] == 1 else f"{name} {names[name]}"
 
 
 def _kinds(path: Path, features: Sequence[Feature], table: PlacesTable) -> list[str]:

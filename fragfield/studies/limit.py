@@ -11,7 +11,7 @@ nothing runs.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 from math import hypot
@@ -142,7 +142,12 @@ class Limit(Sweep):
                 self._limit = float(_DISTANCE.parse(self.distance))
             except NotAllowedError as error:
                 raise InputError(f"--distance: {error}") from None
-        setting = self.values if isinstance(self.values, str) else _setting_of_one(self.values)
+        setting = self.values
+        if not isinstance(setting, str):
+            if len(setting) != 1:
+                words = f"found {len(setting)} keys; allowed: one, such as {{'stack.count': range(1, 21)}}"
+                raise InputError(f"values: {words}")
+            (setting,) = settings_of(setting)
         self.plan_runs([listed_values(setting)])
         self.key = self.keys[0]
         if len(self.rows) < 2:
@@ -369,12 +374,6 @@ def _falls(rows: Sequence[LimitRow]) -> Iterator[str]:
 
 def _rounds(number: int) -> str:
     return f"{number} round{'' if number == 1 else 's'}"
-
-
-def _setting_of_one(values: Mapping[str, Sequence[Any]]) -> str:
-    if len(values) != 1:
-        raise InputError(f"values: found {len(values)} keys; allowed: one, such as {{'stack.count': range(1, 21)}}")
-    return settings_of(values)[0]
 
 
 def listed_values(setting: str) -> str:

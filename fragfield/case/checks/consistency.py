@@ -245,10 +245,9 @@ def _overlaps(case: CaseTable, bodies: Sequence[Body], keys: Sequence[str], stac
                 both = one.name in stacked and other.name in stacked
                 yield Fault(
                     f"{'stack.gap' if both else keys[second]}",
-                    f"{show(one.name)} and {show(other.name)} stand "
-                    f"{_mm(max(found, 0.0))} apart, and the corners of their meshes with cells of {_mm(size)} reach "
-                    f"{_mm(found - in_mesh)} farther; allowed: at least {_mm_up(found - in_mesh)} apart, smaller "
-                    "cells, or burst.contact.surfaces = false",
+                    f"{show(one.name)} and {show(other.name)} stand {_mm(max(found, 0.0))} apart, and the corners of "
+                    f"their meshes with cells of {_mm(size)} reach {_mm(found - in_mesh)} farther; allowed: at least "
+                    f"{_mm_up(found - in_mesh)} apart, smaller cells, or burst.contact.surfaces = false",
                 )
 
 
@@ -286,14 +285,8 @@ def _near(size: float | None, bodies: Sequence[Body]) -> float:
     """Distance (m) beyond which no mesh with cells of this size (m) can make rounds overlap."""
     if size is None:
         return 0.0
-    widest = max((sum(abs(end) for end in _span(body)) for body in bodies), default=0.0)
+    widest = max((float(np.ptp(body.reach(np.linalg.svd(body.axis[None, :])[2][1]))) for body in bodies), default=0.0)
     return _NEAR_CELLS * size + _NEAR_RADII * widest
-
-
-def _span(body: Body) -> tuple[float, float]:
-    across = np.linalg.svd(body.axis[None, :])[2][1]
-    low, high = body.reach(across)
-    return 0.5 * (low - high), 0.5 * (high - low)
 
 
 def _buried(case: CaseTable, bodies: Sequence[Body], keys: Sequence[str]) -> Iterator[Fault]:

@@ -153,10 +153,8 @@ def _empty_grades(key: str, found: list[SegmentMean], settings: BreakUpSettings,
         if not any(grades.grades(law, n, one.mass)[1].any() for law, n in zip(laws, numbers, strict=True)):
             yield Fault(
                 "break_up.graded_dm",
-                "the first grade, graded_m0 + graded_dm = "
-                f"{settings.graded_m0 + settings.graded_dm:g} "
-                f'kg, holds less than one fragment of the segment "{one.name}" of {key} ({one.mass:.4g} kg, mean '
-                "mass about "
+                f"the first grade, graded_m0 + graded_dm = {settings.graded_m0 + settings.graded_dm:g} kg, holds less "
+                f'than one fragment of the segment "{one.name}" of {key} ({one.mass:.4g} kg, mean mass about '
                 f'{one.mean:.3g} kg); allowed: wider grades, or sampler = "quantile"',
             )
             return

@@ -150,9 +150,8 @@ class RecoveredMass:
         """What was recovered and how it is flown, for terminal, log and report."""
         if self.fraction is None:
             return (
-                f"the arena table holds {self.mass:.4g} kg of fragments; without a table [[round]] the mass of "
-                "the casing "
-                "is not known, nor the fraction of it that was recovered"
+                f"the arena table holds {self.mass:.4g} kg of fragments; without a table [[round]] the mass of the "
+                "casing is not known, nor the fraction of it that was recovered"
             )
         held = (
             f"the arena table holds {self.mass:.4g} kg of fragments, {100.0 * self.fraction:.3g} % of the "
@@ -171,9 +170,8 @@ class RecoveredMass:
             return f"{self.words}: what was not recovered is taken to have flown as what was"
         if self.fraction < _WARNED:
             return (
-                f"{self.words}: fragments that were not recovered are not flown, so that densities and distances "
-                "are too "
-                'small; flight.arena_mass = "scaled" scales the numbers to the casing'
+                f"{self.words}: fragments that were not recovered are not flown, so that densities and distances are "
+                'too small; flight.arena_mass = "scaled" scales the numbers to the casing'
             )
         return f"{self.words}: more than the round has"
 
@@ -195,9 +193,8 @@ def recovered_mass(case: CaseTable, table: ArenaTable, name: str) -> RecoveredMa
     if not case.round:
         if meant == "scaled":
             raise InputError(
-                f'{name}: flight.arena_mass: found "scaled" without a table [[round]], so that the mass of the '
-                "casing is "
-                'not known; allowed: "checked" or "as_given", or a round with its profile and casing'
+                f'{name}: flight.arena_mass: found "scaled" without a table [[round]], so that the mass of the casing '
+                'is not known; allowed: "checked" or "as_given", or a round with its profile and casing'
             )
         return RecoveredMass(table.total_mass, None, meant)
     if not are_alike(case):
@@ -218,8 +215,7 @@ def recovered_mass(case: CaseTable, table: ArenaTable, name: str) -> RecoveredMa
     if meant == "checked" and not low <= fraction <= high:
         raise InputError(
             f'{name}: {found.words} of round[1]; allowed with flight.arena_mass = "checked": {100.0 * low:g} to '
-            f'{100.0 * high:g} %. Are its numbers those of one round, and all zones in it? "scaled" scales the '
-            "numbers to "
-            'the casing, "as_given" flies them as they are'
+            f'{100.0 * high:g} %. Are its numbers those of one round, and all zones in it? "scaled" scales the numbers '
+            'to the casing, "as_given" flies them as they are'
         )
     return found

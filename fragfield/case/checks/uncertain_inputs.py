@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from typing import Any
 
 from fragfield.case.faults import Fault, choice_faults
@@ -74,17 +74,14 @@ def _check_numbers(where: str, entry: UncertainInputTable) -> Iterator[Fault]:
             continue
         if (low is not None and value < low) or (high is not None and value > high):
             yield Fault(f"{where}.{name}", f"found {show(getattr(entry, name))}; allowed: between low and high")
-    if entry.applies == "factor" and min(_extremes(found), default=1.0) <= 0.0:
+    factors = [found[name] for name in ("low", "mode", "mean", "median") if found.get(name) is not None]
+    factors += [value for value in found.get("values") or [] if isinstance(value, float)]
+    if entry.applies == "factor" and min(factors, default=1.0) <= 0.0:
         yield Fault(where, 'applies = "factor" can be zero or less; allowed: positive factors, cut off by low')
     if entry.distribution == "normal" and entry.applies == "factor" and low is None:
         yield Fault(f"{where}.low", 'missing; a factor with distribution = "normal" must be cut off above zero by low')
     if entry.distribution == "discrete":
         yield from _check_discrete(where, entry)
-
-
-def _extremes(found: Mapping[str, Any]) -> list[float]:
-    chosen = [found[name] for name in ("low", "mode", "mean", "median") if found.get(name) is not None]
-    return [*chosen, *(value for value in found.get("values") or [] if isinstance(value, float))]
 
 
 def _check_discrete(where: str, entry: UncertainInputTable) -> Iterator[Fault]:

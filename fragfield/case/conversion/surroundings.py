@@ -22,9 +22,12 @@ _ADIABATIC, _GAS_CONSTANT = 1.4, 287.053  # of air: ratio of its heats, J/(kg K)
 
 def surroundings(case: CaseTable) -> dict[str, Any]:
     """Ground, ricochet and obstacles, as keyword arguments of `flight.fly`; raises flight's InputError."""
+    table = case.flight.ground
+    law = Ricochet.of(table.ricochet)
+    factors = (table.critical_angle_factor, table.speed_kept_factor, table.departure_factor, table.roughness_factor)
     return {
         "ground": ground_of(case),
-        "ricochet": _ricochet(case.flight.ground),
+        "ricochet": law and law.scaled(*factors),
         "obstacles": [entry.made() for entry in case.obstacle],
     }
 
@@ -96,17 +99,6 @@ def _read_map(
         )  # fmt: skip
     except InputError as error:
         raise InputError(f"ground.map: {error}") from None
-
-
-def _ricochet(table: GroundTable) -> Ricochet | None:
-    from flight import Ricochet
-
-    law = Ricochet.of(table.ricochet)
-    if law is None:
-        return None
-    return law.scaled(
-        table.critical_angle_factor, table.speed_kept_factor, table.departure_factor, table.roughness_factor
-    )
 
 
 def site_of(case: CaseTable) -> Site | None:

@@ -210,7 +210,12 @@ class Arrangement:
         matrix = _about(2, math.radians(azimuth)) @ _about(1, math.radians(inclination)) @ _about(2, math.radians(roll))
         shift = self.centre - matrix @ self.centre
         ground = ground_height(self.case, float(self.centre[0]), float(self.centre[1]))
-        shift[2] += max(0.0, ground - self._lowest(matrix, shift))
+        lowest = min(
+            placed(entry).reach(mirror.T @ matrix[2])[0] + float(matrix[2] @ moved + shift[2])
+            for entry in self.case.round
+            for mirror, moved in self.images
+        )
+        shift[2] += max(0.0, ground - lowest)
         rounds = [
             entry.model_copy(
                 update={
@@ -232,13 +237,6 @@ class Arrangement:
         ]
         case = self.case.model_copy(update={"round": rounds, "plane": planes})
         return Turned(inclination, roll, azimuth, case, matrix, shift)
-
-    def _lowest(self, matrix: Array, shift: Array) -> float:
-        return min(
-            placed(entry).reach(mirror.T @ matrix[2])[0] + float(matrix[2] @ moved) + float(shift[2])
-            for entry in self.case.round
-            for mirror, moved in self.images
-        )
 
 
 def origin_faults(case: CaseTable) -> Iterator[Fault]:

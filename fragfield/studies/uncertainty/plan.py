@@ -120,17 +120,16 @@ class Plan:
         case = json.dumps(self._document, sort_keys=True)
         return {
             "case": hashlib.sha256(case.encode()).hexdigest(),
-            "inputs": [_without_source(entry) for entry in self.inputs],
+            "inputs": [
+                {key: value for key, value in to_json(entry.described()).items() if key != "source"}
+                for entry in self.inputs
+            ],
             "samples": self.samples,
             "bursts": self.bursts,
             "seed": self.seed,
             "realisations": self.realisations,
             "points": hashlib.sha256(np.ascontiguousarray(np.round(self.points, 12)).tobytes()).hexdigest(),
         }  # fmt: skip
-
-
-def _without_source(entry: UncertainInput) -> dict[str, Any]:
-    return {key: value for key, value in to_json(entry.described()).items() if key != "source"}
 
 
 def plan_samples(case: CaseTable, *, samples: int | None = None, seed: int | None = None) -> Plan:

@@ -325,10 +325,8 @@ class Uncertainty(Study):
             return f"no distance over the inputs, see {self.path}"
         low, median, high = (metres(value) for value in self.spread)
         return (
-            f"{self.found.distance_to_apply.line}\n"
-            f"  {self._recommended_words()}\n"
-            f"  expected distance over the inputs: 5 % {low}, median {median}, 95 % {high}, "
-            f"{self._plan.samples} samples"
+            f"{self.found.distance_to_apply.line}\n  {self._recommended_words()}\n  expected distance over the inputs: "
+            f"5 % {low}, median {median}, 95 % {high}, {self._plan.samples} samples"
         )
 
 
