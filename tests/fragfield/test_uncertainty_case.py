@@ -56,15 +56,15 @@ def test_every_built_in_round_has_a_default_set_with_sources(profile, casing):
     for one in found.values():
         assert len(one.source) > 40
         assert one.is_default
-    assert found["leakage radius"].distribution.parameters["low"] == 1.59
-    assert found["leakage radius"].distribution.parameters["high"] == 2.1
+    assert found["leakage radius"].distribution.low == 1.59
+    assert found["leakage radius"].distribution.high == 2.1
     assert not found["leakage radius"].judgement
-    assert found["heat of detonation"].distribution.parameters["standard_deviation"] == 0.05
+    assert found["heat of detonation"].distribution.standard_deviation == 0.05
     assert found["heat of detonation"].judgement
-    assert found["mean fragment mass"].distribution.parameters["factor"] == 1.6
-    shape, moved = load_profile(profile), found["ignition place"].distribution.parameters
-    assert moved["low"] == 0.0
-    assert moved["high"] == pytest.approx(0.1 * (shape.charge_end - shape.charge_front), rel=1e-3)
+    assert found["mean fragment mass"].distribution.factor == 1.6
+    shape, moved = load_profile(profile), found["ignition place"].distribution
+    assert moved.low == 0.0
+    assert moved.high == pytest.approx(0.1 * (shape.charge_end - shape.charge_front), rel=1e-3)
 
 
 def test_an_own_input_replaces_the_default_of_its_name_or_key():
@@ -93,7 +93,7 @@ def test_an_own_input_replaces_the_default_of_its_name_or_key():
 def test_the_mean_mass_is_varied_by_what_its_law_is_linear_in(break_up, key, factor):
     (found,) = [one for one in inputs_of(_case(changes={"break_up": break_up})) if one.name == "mean fragment mass"]
     assert found.keys == (key,)
-    assert found.distribution.parameters["factor"] == pytest.approx(factor)
+    assert found.distribution.factor == pytest.approx(factor)
     assert found.judgement == (break_up.get("mean_mass") == "14.9 g")
 
 

@@ -11,7 +11,7 @@ from fragfield.studies.uncertainty.inputs import Distribution
 from fragfield.studies.uncertainty.plan import latin_hypercube, shared_bursts
 from fragfield.studies.uncertainty.statistics import analyse, spread_of, without_statistical_error
 
-UNIFORM = Distribution("uniform", {"low": 0.0, "high": 1.0})
+UNIFORM = Distribution("uniform", low=0.0, high=1.0)
 
 
 def _uniform(number):
@@ -22,13 +22,13 @@ def _uniform(number):
 
 
 def test_a_lognormal_factor_holds_68_percent_either_way():
-    distribution = Distribution("lognormal", {"median": 1.0, "factor": 1.6})
+    distribution = Distribution("lognormal", median=1.0, factor=1.6)
     np.testing.assert_allclose(distribution.quantile(stats.norm.cdf([-1.0, 1.0])), [1.0 / 1.6, 1.6], rtol=1e-12)
 
 
 def test_a_discrete_distribution_has_its_weights():
-    distribution = Distribution("discrete", {"values": ["sphere", "shell_fragment", 1.0], "weights": [1.0, 2.0, 1.0]})
-    drawn = distribution.values((np.arange(1000) + 0.5) / 1000)
+    distribution = Distribution("discrete", values=["sphere", "shell_fragment", 1.0], weights=[1.0, 2.0, 1.0])
+    drawn = distribution.drawn((np.arange(1000) + 0.5) / 1000)
     assert [drawn.count(value) for value in ("sphere", "shell_fragment", 1.0)] == [250, 500, 250]
 
 
@@ -99,7 +99,7 @@ def test_the_stated_error_is_the_spread_over_repetitions():
 
 def test_a_discrete_input_has_its_share():
     """Y = step + u: variances of the steps and 1/12; the order of the steps is of no account."""
-    kinds = Distribution("discrete", {"values": ["a", "b", "c"], "weights": [0.5, 0.25, 0.25]})
+    kinds = Distribution("discrete", values=["a", "b", "c"], weights=[0.5, 0.25, 0.25])
     points = latin_hypercube(2, 500, 3)
     step = np.array([0.0, 1.0, 0.3])[kinds.quantile(points[:, 0]).astype(int)]
     shares = np.array([0.5, 0.25, 0.25])

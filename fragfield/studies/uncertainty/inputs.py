@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib import resources
@@ -34,11 +34,18 @@ class Distribution:
 
     kind: str
     """"uniform", "normal", "lognormal", "triangular" or "discrete"."""
-    parameters: Mapping[str, Any]
-    """uniform: `low`, `high`; normal: `mean`, `standard_deviation`; lognormal: `median`, `factor`, the geometric
-    standard deviation; triangular: `low`, `mode`, `high`; normal and lognormal are cut off at `low` and `high` where
-    these are given, without a heap of probability there; discrete: `values`, `weights` (all alike where they are
-    None)."""
+    low: Any = None
+    high: Any = None
+    """Ends; of "normal" and "lognormal" where they are cut off, without a heap of probability there, if at all."""
+    mode: Any = None
+    mean: Any = None
+    standard_deviation: Any = None
+    median: Any = None
+    factor: Any = None
+    """Geometric standard deviation of "lognormal"."""
+    values: Sequence[Any] = ()
+    weights: Sequence[float] | None = None
+    """Of "discrete"; all alike where there are none."""
 
     @property
     def is_continuous(self) -> bool:
@@ -49,52 +56,46 @@ class Distribution:
         """Values (n,) at probabilities u in (0, 1); of a discrete distribution the positions in `values`."""
         from scipy import stats
 
-        p = self.parameters
         if self.kind == "discrete":
             return np.searchsorted(self.edges()[1:-1], u, side="right").astype(np.float64)
-        if self.kind == "uniform":
-            return np.asarray(stats.uniform(p["low"], p["high"] - p["low"]).ppf(u))
-        if self.kind == "triangular":
-            width = p["high"] - p["low"]
-            return np.asarray(stats.triang((p["mode"] - p["low"]) / width, p["low"], width).ppf(u))
         in_log = self.kind == "lognormal"
-        centre, spread = (np.log(p["median"]), np.log(p["factor"])) if in_log else (p["mean"], p["standard_deviation"])
-        ends = []
-        for name, end in (("low", -np.inf), ("high", np.inf)):
-            cut = p.get(name)
-            if cut is not None and not (in_log and cut <= 0.0):
-                end = ((np.log(cut) if in_log else cut) - centre) / spread
-            ends.append(end)
-        values = stats.truncnorm(*ends, centre, spread).ppf(u)
+        low, high = (-np.inf if self.low is None else self.low), (np.inf if self.high is None else self.high)
+        if self.kind == "uniform":
+            return np.asarray(stats.uniform(low, high - low).ppf(u))
+        if self.kind == "triangular":
+            return np.asarray(stats.triang((self.mode - low) / (high - low), low, high - low).ppf(u))
+        centre, spread = self.mean, self.standard_deviation
+        if in_log:
+            centre, spread = np.log(self.median), np.log(self.factor)
+            low, high = (np.log(end) if end > 0.0 else -np.inf for end in (low, high))
+        values = stats.truncnorm((low - centre) / spread, (high - centre) / spread, centre, spread).ppf(u)
         return np.asarray(np.exp(values) if in_log else values)
 
-    def values(self, u: ArrayLike) -> list[Any]:
+    def drawn(self, u: ArrayLike) -> list[Any]:
         """As `quantile`, as Python's own numbers of twelve digits, or the entries of a discrete distribution."""
         if self.kind == "discrete":
-            return [self.parameters["values"][int(place)] for place in self.quantile(u)]
+            return [self.values[int(place)] for place in self.quantile(u)]
         return [float(f"{value:.{_DIGITS}g}") for value in self.quantile(u)]
 
     def edges(self) -> NDArray[np.float64]:
         """Probabilities (k + 1,) between the values of a discrete distribution, from 0 to 1."""
-        weights = self.parameters.get("weights")
-        shares = np.ones(len(self.parameters["values"])) if weights is None else np.asarray(weights, dtype=np.float64)
+        shares = np.ones(len(self.values)) if self.weights is None else np.asarray(self.weights, dtype=np.float64)
         return np.concatenate([[0.0], np.cumsum(shares) / shares.sum()])
 
     def words(self) -> str:
         """The distribution in words, numbers as they are used."""
-        p = self.parameters
         if self.kind == "uniform":
-            return f"uniform, {p['low']:.5g} to {p['high']:.5g}"
+            return f"uniform, {self.low:.5g} to {self.high:.5g}"
         if self.kind == "triangular":
-            return f"triangular, {p['low']:.5g}, {p['mode']:.5g}, {p['high']:.5g}"
+            return f"triangular, {self.low:.5g}, {self.mode:.5g}, {self.high:.5g}"
         if self.kind == "discrete":
-            shares = np.diff(self.edges())
-            return ", ".join(f"{value} ({100 * share:.3g} %)" for value, share in zip(p["values"], shares, strict=True))
-        cut = [f"{word} {p[name]:.5g}" for name, word in (("low", "from"), ("high", "to")) if p.get(name) is not None]
+            shares = zip(self.values, np.diff(self.edges()), strict=True)
+            return ", ".join(f"{value} ({100 * share:.3g} %)" for value, share in shares)
+        cut = [f"{word} {end:.5g}" for end, word in ((self.low, "from"), (self.high, "to")) if end is not None]
         within = f", cut off {' '.join(cut)}" if cut else ""
         if self.kind == "normal":
-            return f"normal, {p['mean']:.5g} ± {p['standard_deviation']:.5g}{within}"
-        return f"lognormal, {p['median']:.5g} within a factor of {p['factor']:.4g} (68 %){within}"
+            return f"normal, {self.mean:.5g} ± {self.standard_deviation:.5g}{within}"
+        return f"lognormal, {self.median:.5g} within a factor of {self.factor:.4g} (68 %){within}"
 
 
 @dataclass(frozen=True)
@@ -141,7 +142,11 @@ class UncertainInput:
             keys=self.keys,
             applies=self.applies,
             distribution=self.distribution.kind,
-            parameters=dict(self.distribution.parameters),
+            parameters={
+                key: value
+                for key, value in vars(self.distribution).items()
+                if key != "kind" and value not in (None, ())
+            },
             unit=self.unit,
             words=self.distribution.words() + (f" {self.unit}" if self.unit else ""),
             source=self.source,
@@ -186,7 +191,7 @@ def inputs_of(case: CaseTable) -> list[UncertainInput]:
 def _input(entry: UncertainInputTable, *, is_default: bool) -> UncertainInput:
     unit = "" if entry.applies == "factor" else unit_of_key(entry.keys[0], CaseTable) or ""
     return UncertainInput(
-        entry.name, tuple(entry.keys), entry.applies, Distribution(entry.distribution, parameters_of(entry)), unit,
+        entry.name, tuple(entry.keys), entry.applies, Distribution(entry.distribution, **parameters_of(entry)), unit,
         entry.source, entry.judgement, is_default,
     )  # fmt: skip
 

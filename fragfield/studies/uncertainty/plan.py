@@ -95,7 +95,7 @@ class Plan:
     @cached_property
     def draws(self) -> list[tuple[Any, ...]]:
         """Values of the inputs by sample, in their order."""
-        values = (one.distribution.values(self.points[:, i]) for i, one in enumerate(self.inputs))
+        values = (one.distribution.drawn(self.points[:, i]) for i, one in enumerate(self.inputs))
         return list(zip(*values, strict=True))
 
     def document(self, number: int) -> dict[str, Any]:
@@ -203,7 +203,7 @@ def _check_ends(case: CaseTable, document: dict[str, Any], inputs: tuple[Uncerta
     words = f"{what}: {choice.reason}"
     for entry in inputs:
         for u in _ENDS:
-            draw = entry.distribution.values([u])[0]
+            draw = entry.distribution.drawn([u])[0]
             ended = case_of(document, entry, draw)
             if found and burst_geometry(ended).geometry != "axisymmetric":
                 found = False
