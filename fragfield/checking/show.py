@@ -13,17 +13,7 @@ from fragfield.case import CaseTable, to_toml
 from fragfield.case.conversion.attitude import attitude_words
 from fragfield.case.conversion.surroundings import direction_words
 from fragfield.hazard.contents import quantity_words
-from fragfield.results.check import (
-    Arrangement,
-    Checked,
-    CheckedBurst,
-    CheckedRound,
-    CheckedSegment,
-    Graded,
-    GroundMap,
-    PlacedRound,
-    Surroundings,
-)
+from fragfield.results import check as results
 from fragfield.results.part import to_json
 from fragfield.results.words import metres
 from fragfield.terminal.show import OFFICIAL_LABELS, number_text, plain_console, stripped
@@ -47,7 +37,7 @@ _ROUND_ROWS = (
 
 
 def print_check(
-    found: Checked, case: CaseTable | None = None, file: TextIO | None = None, drawings: Sequence[str] = ()
+    found: results.Checked, case: CaseTable | None = None, file: TextIO | None = None, drawings: Sequence[str] = ()
 ) -> None:
     """Print what `fragfield.checking.check.check_report` found of a case, paths of drawings, and the resolved case."""
     console = plain_console(file)
@@ -59,15 +49,15 @@ def print_check(
         console.print(f"\nthe case as resolved:\n{to_toml(case, brief=True)}")
 
 
-def check_text(found: Checked) -> str:
+def check_text(found: results.Checked) -> str:
     """What `fragfield.checking.check.check_report` found, without the case."""
     text = StringIO()
     print_check(found, file=text)
     return stripped(text.getvalue())
 
 
-def _found(found: Checked) -> Iterator[str | Table]:
-    if isinstance(found, CheckedBurst):
+def _found(found: results.Checked) -> Iterator[str | Table]:
+    if isinstance(found, results.CheckedBurst):
         yield from _burst(found)
     if held := found.fragments:
         yield f"{held.file}: {held.number:.10g} fragments of {held.mass:.4g} kg"
@@ -85,7 +75,7 @@ def _found(found: Checked) -> Iterator[str | Table]:
         yield f"warning: {warning}"
 
 
-def _burst(found: CheckedBurst) -> Iterator[str | Table]:
+def _burst(found: results.CheckedBurst) -> Iterator[str | Table]:
     for names, entry in _alike(found.rounds):
         yield _round_table(_listed(names), entry)
         if contour := entry.contour:
@@ -116,13 +106,13 @@ def _burst(found: CheckedBurst) -> Iterator[str | Table]:
         )
 
 
-def _substance(kind: Literal["explosive", "casing"], one: Graded) -> str:
+def _substance(kind: Literal["explosive", "casing"], one: results.Graded) -> str:
     title = substance_title(one.name, kind) if one.grades else "values of the user's own"
     return f"{kind} {one.name}: {title}{f' ({one.grades})' if one.grades else ''}"
 
 
-def _alike(rounds: Sequence[CheckedRound]) -> list[tuple[list[str], CheckedRound]]:
-    groups: list[tuple[list[str], CheckedRound]] = []
+def _alike(rounds: Sequence[results.CheckedRound]) -> list[tuple[list[str], results.CheckedRound]]:
+    groups: list[tuple[list[str], results.CheckedRound]] = []
     for entry in rounds:
         same = next((group for group in groups if replace(group[1], name=entry.name) == entry), None)
         if same is None:
@@ -138,7 +128,7 @@ def _listed(names: list[str]) -> str:
     return f"{names[0]}, {names[1]}, ... {names[-1]} ({len(names)} rounds alike)"
 
 
-def _arrangement(found: Arrangement) -> Iterator[str | Table]:
+def _arrangement(found: results.Arrangement) -> Iterator[str | Table]:
     table = Table(title="arrangement", title_justify="left", box=None, pad_edge=False)
     for head in ("round", "x mm", "y mm", "z mm", "axis", "initiated"):
         table.add_column(head, justify="right" if head.endswith("mm") else "left")
@@ -173,7 +163,7 @@ def _arrangement(found: Arrangement) -> Iterator[str | Table]:
     yield f"contact: {inner}; {outer}"
 
 
-def _map(ground: GroundMap) -> Iterator[str | Table]:
+def _map(ground: results.GroundMap) -> Iterator[str | Table]:
     (west, east), (south, north), (low, high) = ground.x, ground.y, ground.z
     yield (
         f"ground: {ground.map}, {ground.nodes[0]} x {ground.nodes[1]} nodes {ground.cell[0]:.5g} m by "
@@ -192,8 +182,8 @@ def _map(ground: GroundMap) -> Iterator[str | Table]:
         yield f"  {label}: {words}"
 
 
-def _surroundings(found: Surroundings) -> Iterator[str | Table]:
-    if isinstance(found.ground, GroundMap):
+def _surroundings(found: results.Surroundings) -> Iterator[str | Table]:
+    if isinstance(found.ground, results.GroundMap):
         yield from _map(found.ground)
     yield f"air: {found.air}"
     yield f"wind: {found.wind}"
@@ -215,7 +205,7 @@ def _surroundings(found: Surroundings) -> Iterator[str | Table]:
         yield f"exposed {site.name}: {site.kind}, {site.distance:.1f} m at {where}"
 
 
-def _ignition(entry: PlacedRound) -> str:
+def _ignition(entry: results.PlacedRound) -> str:
     words = []
     if entry.delays is not None:
         first, last = (f"{time * 1e6:.4g}" for time in entry.delays)
@@ -229,7 +219,7 @@ def _ignition(entry: PlacedRound) -> str:
     return ", or ".join(words)
 
 
-def _round_table(title: str, entry: CheckedRound) -> Table:
+def _round_table(title: str, entry: results.CheckedRound) -> Table:
     table = Table(title=title, title_justify="left", box=None, show_header=False, pad_edge=False)
     for label, key, factor, unit in _ROUND_ROWS:
         if (value := getattr(entry, key)) is not None:
@@ -244,7 +234,7 @@ def _round_table(title: str, entry: CheckedRound) -> Table:
     return table
 
 
-def _segment_table(segments: Sequence[CheckedSegment]) -> Table:
+def _segment_table(segments: Sequence[results.CheckedSegment]) -> Table:
     table = Table(box=None, pad_edge=False)
     for head in ("segment", "kind", "from mm", "to mm", "mean wall mm", "casing kg", "charge kg", "Gurney m/s"):
         table.add_column(head, justify="left" if head in ("segment", "kind") else "right")
