@@ -11,13 +11,14 @@ from typing import TYPE_CHECKING, Any
 
 from pydantic import ValidationError
 
+from burst_fenicsx.problem import Part
 from fragfield.case.checks.consistency import check_case, check_charges, check_protective_works
 from fragfield.case.checks.estimates import stage_faults
 from fragfield.case.checks.expected_masses import unit_faults
 from fragfield.case.conversion.attitude import attitude_faults, is_mixed, with_axes
 from fragfield.case.conversion.exposed_sites import resolved_exposed
 from fragfield.case.conversion.mean_mass import check_counts, with_casing_data, with_counts
-from fragfield.case.conversion.rounds import base_faults, masses_of, on_base
+from fragfield.case.conversion.rounds import base_faults, burst_round, masses_of, on_base
 from fragfield.case.conversion.stack import expanded, stacked_names
 from fragfield.case.conversion.surroundings import altitude_of, site_of
 from fragfield.case.conversion.turned import origin_faults
@@ -240,8 +241,6 @@ def _charge_of_mesh(entry: RoundTable) -> tuple[float, float]:
     import numpy as np
 
     from burst_fenicsx.meshing import mesh_round
-    from burst_fenicsx.problem import Part
-    from fragfield.case.conversion.rounds import burst_round
 
     mesh = mesh_round(burst_round(entry, entry.name), 1.0)
     nodes = mesh.nodes[np.unique(mesh.cells[mesh.part == Part.CHARGE])]

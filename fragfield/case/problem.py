@@ -157,6 +157,4 @@ def kernel_degrees(case: CaseTable) -> float:
 
 def hazard_grid(case: CaseTable) -> PolarGrid:
     """Cells of the hazard distance."""
-    from flight.fluence import PolarGrid
-
     return PolarGrid.of(case.hazard.sectors, kernel_degrees(case), case.hazard.distance_cell)

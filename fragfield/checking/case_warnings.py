@@ -21,6 +21,7 @@ from fragfield.hazard.contents import arrangement_warnings, with_images
 from fragfield.results.check import CheckedRound, ExpectedCost, Graded
 from fragfield_base.substances import graded, substance, substance_names
 from transition.law.mean_mass import gurney_speed
+from transition.law.mean_mass_data import outside_data
 
 if TYPE_CHECKING:
     from burst_fenicsx.geometry import Profile
@@ -138,8 +139,6 @@ def thinnest_wall(profile: Profile) -> tuple[float, float]:
 
 def mean_mass_warnings(case: CaseTable, rounds: Sequence[Round], described: Sequence[CheckedRound]) -> Iterator[str]:
     """Rounds near which no published mean masses are; a mean mass that is given or fitted needs none."""
-    from transition.law.mean_mass_data import outside_data
-
     if isinstance(case.break_up.mean_mass, float):
         yield from _heavy_mean(case, described)
         return
@@ -189,8 +188,6 @@ def _round_warnings(settings: BurstSettings, known: CheckedRound) -> Iterator[st
 
 def obstacle_warnings(case: CaseTable, settings: BurstSettings, described: Sequence[CheckedRound]) -> Iterator[str]:
     """Obstacles of the flight that a casing reaches while it grows: the burst does not know them."""
-    from transition.law.mean_mass import gurney_speed
-
     for number, (entry, known) in enumerate(zip(case.round, described, strict=True), start=1):
         radius = 0.5 * known.outer_diameter
         growth = _GROWTH * radius

@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from burst_fenicsx.problem import BurstSettings, Explosive, Mirror, RigidPlane, Round
-from flight import HeightMap
+from burst_fenicsx.problem import BurstSettings, Explosive, Mirror, Part, RigidPlane, Round
+from flight import Fragments, HeightMap
+from flight.scene.scene import Scene
 from fragfield.case import CaseTable, plain
 from fragfield.case.checks.estimates import check_numbers, given_fragments
 from fragfield.case.conversion.attitude import attitude_of, is_mixed
@@ -95,8 +96,6 @@ def _plane(case: CaseTable, plane: PlaneTable, bodies: Sequence[Body]) -> result
 
 def describe_surroundings(case: CaseTable) -> results.Surroundings:
     """Ground, ricochet, obstacles and exposed sites in numbers, for `fragfield check` (m)."""
-    from flight.scene.scene import Scene
-
     made = surroundings(case)
     ground, ricochet, scene = made["ground"], made["ricochet"], Scene(made["ground"])
     obstacles = []
@@ -242,7 +241,6 @@ def _meshed(item: Round, settings: BurstSettings, cuts: Sequence[Mirror]) -> tup
 def _round(entry: Round, settings: BurstSettings, mesh: CellMesh, times: int) -> results.CheckedRound:
     """What follows from a round; it is `times` its mesh."""
     from burst_fenicsx.meshing import part_volumes
-    from burst_fenicsx.problem import Part
 
     meshed = part_volumes(mesh)
     density = {Part.CASING: entry.casing.density, Part.CHARGE: entry.explosive.density}
@@ -276,8 +274,6 @@ def _round(entry: Round, settings: BurstSettings, mesh: CellMesh, times: int) ->
 
 
 def _mesh_extent(entry: Round, mesh: CellMesh) -> dict[str, Any]:
-    from burst_fenicsx.problem import Part
-
     axis = np.array(entry.axis) / np.linalg.norm(entry.axis)
     relative = mesh.nodes - np.array(entry.position)
     height = relative @ axis
@@ -291,8 +287,6 @@ def _mesh_extent(entry: Round, mesh: CellMesh) -> dict[str, Any]:
 
 
 def _segments(entry: Round, profile: Profile, mesh: CellMesh, times: int) -> Iterator[results.CheckedSegment]:
-    from burst_fenicsx.problem import Part
-
     for segment, masses in zip(profile.segments, masses_of(entry).segments, strict=True):
         inside = (mesh.station >= segment.start) & (mesh.station < segment.end)
         disc = times / (math.pi * (segment.end - segment.start))
@@ -330,8 +324,6 @@ def fragments_report(case: CaseTable, path: Path) -> results.Checked:
     Raises InputError: the file cannot be read, or an arena table has not the mass of the case's rounds.
     """
     if (known := read_arena(path, case)) is None:
-        from flight import Fragments
-
         fragments = Fragments.read(path)
         held = results.CheckedFragments(file=path.name, number=len(fragments), mass=float(fragments.mass.sum()))
         warnings = given_fragments(case, path)

@@ -26,31 +26,18 @@ if TYPE_CHECKING:
     import h5py
 
 
-_DISTRIBUTIONS = {
-    "numpy": "numpy",
-    "scipy": "scipy",
-    "numba": "numba",
-    "h5py": "h5py",
-    "dolfinx": "fenics-dolfinx dolfinx-solver-real",  # PyPI's wheel is named by its maker
-    "petsc4py": "petsc4py",
-    "mpi4py": "mpi4py",
-    "mpich": "mpich",
-    "gmsh": "gmsh",
-    "meshio": "meshio",
-    "pyvista": "pyvista",
-    "vtk": "vtk",
-    "matplotlib": "matplotlib",
-    "pydantic": "pydantic",
-    "geographiclib": "geographiclib",
-}
+_LIBRARIES = (
+    "numpy scipy numba h5py dolfinx petsc4py mpi4py mpich gmsh meshio pyvista vtk matplotlib pydantic geographiclib"
+)
+_MAKERS = {"dolfinx": ("fenics-dolfinx", "dolfinx-solver-real")}  # PyPI's wheel is named by its maker
 
 
 @cache
 def versions() -> dict[str, str]:
     """Versions of the program, of Python and of what the results may depend on; nothing is imported for it."""
     found = {"fragfield": __version__, "python": platform.python_version()}
-    for name, distributions in _DISTRIBUTIONS.items():
-        for distribution in distributions.split():
+    for name in _LIBRARIES.split():
+        for distribution in _MAKERS.get(name, (name,)):
             with suppress(metadata.PackageNotFoundError):
                 found[name] = metadata.version(distribution)
     return found

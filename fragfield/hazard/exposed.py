@@ -28,6 +28,7 @@ from numpy.typing import NDArray
 from flight import FlightResult, Fragments
 from flight.fluence import FluenceGrid, PolarGrid
 from flight.hazard.density.distance import ExpectedDistance
+from flight.hazard.density.expected import KINDS
 from flight.hazard.ensemble import EnsembleHazard
 from flight.hazard.exposed import Prism
 from flight.scene.targets import Witness
@@ -102,7 +103,7 @@ class ExposedCounts:
 
 
 class ExposedSums:
-    """Sums of the counts over realisations, in bounded memory.
+    """Sums of the counts over realisations.
 
     Parameters
     ----------
@@ -132,11 +133,7 @@ class ExposedSums:
         self._new = lambda: ExposedSums(case, sites, grid, kernel, turned=turned, alike=alike)
         self._grid, self._turned = grid, turned
         self._places: dict[tuple[float, float], PlaceSums] = {}
-        self._sums: dict[str, NDArray[np.float64]] = {}
-        self._between: dict[str, NDArray[np.float64]] = {}
-        self._most: dict[str, NDArray[np.float64]] = {}  # total of one realisation
-        self._with: dict[str, NDArray[np.int64]] = {}  # realisations with any
-        self._energy: NDArray[np.float64] | None = None
+        self._buildings: list[NDArray[Any]] = []  # of every realisation
         self._short: ExposedSums | None = None
 
     def add(self, counts: ExposedCounts, short: ExposedCounts | None = None) -> None:
@@ -148,23 +145,18 @@ class ExposedSums:
             if key not in self._places:
                 self._places[key] = PlaceSums(self._grid, key[1], self._spread)
             self._places[key].add(*field)
-        buildings = counts.buildings
-        for name in buildings.dtype.names or ():
-            values = buildings[name].astype(np.float64)
-            self._sums[name] = self._sums.get(name, 0.0) + values
-            self._between[name] = self._between.get(name, 0.0) + values**2
-            self._most[name] = np.maximum(self._most.get(name, 0.0), values)
-        for name in ("hits", "through"):
-            self._with[name] = self._with.get(name, 0) + (buildings[name] > 0).astype(np.int64)
-        self._energy = buildings["energy"] if self._energy is None else np.maximum(self._energy, buildings["energy"])
+        self._buildings.append(counts.buildings)
         self.realisations += 1
 
     def _mean(self, name: str, index: int, single: float) -> Estimate:
         n = self.realisations
-        total, between = float(self._sums[name][index]), float(self._between[name][index])
-        squares = float(self._sums[f"{name}_squares"][index]) if f"{name}_squares" in self._sums else total
+        counted = np.stack(self._buildings)[:, index]
+        values = counted[name].astype(np.float64)
+        total, between = float(values.sum()), float((values**2).sum())
+        own = f"{name}_squares"
+        squares = float(counted[own].sum()) if own in (counted.dtype.names or ()) else total
         spread = n / (n - 1) * max(between - total**2 / n, 0.0) if n > 1 else 0.0
-        largest = max(single, float(self._most[name][index]))
+        largest = max(single, float(values.max()))
         upper = float(sum_bound(np.array(total), np.array(max(squares, spread)), np.array(largest)))
         error = math.sqrt(spread) / n if n > 1 else None
         return Estimate(expected=total / n, upper=upper / n, standard_error=error)
@@ -233,9 +225,8 @@ class ExposedSums:
         }, None
 
     def _building(self, index: int, site: ExposedSite, prism: Prism) -> tuple[dict[str, Any], float | None]:
-        assert self._energy is not None  # a flight has been added
-        n = self.realisations
-        count, through = int(self._with["hits"][index]), int(self._with["through"][index])
+        n, counted = self.realisations, np.stack(self._buildings)[:, index]
+        count, through = (int((counted[name] > 0).sum()) for name in ("hits", "through"))
         barriers = {name: getattr(prism, name).source for name in ("wall", "roof") if getattr(prism, name) is not None}
         passed = self._mean("through", index, 1.0)
         not_stopped = NotStopped(
@@ -252,7 +243,7 @@ class ExposedSums:
             "target_area": None,
             "not_stopped": not_stopped if barriers else None,
             "barrier": barriers or None,
-        }, float(self._energy[index])
+        }, float(counted["energy"].max())
 
 
 def _times(one: Estimate, factor: float) -> Estimate:
@@ -288,8 +279,6 @@ def _all_round(
     fragments reach so far that a bound could be drawn from them.
     """
     from scipy.special import stdtrit
-
-    from flight.hazard.density.expected import KINDS
 
     usual = case.hazard.energy, case.hazard.person_height
     if expected is None or expected.direction is not None or not expected.density_high.size:

@@ -16,7 +16,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from flight.shape import FORGED_STEEL_SHELL
 from fragfield.case import CaseTable
+from fragfield.case.conversion.surroundings import ground_height
+from fragfield.case.problem import hazard_criteria
 from fragfield.case.tables.surroundings import OfficialTable
 from fragfield.hazard.contents import COMPARISON, DISPOSAL, SITING, contents_of, quantity_words, with_images
 from fragfield.hazard.tp12 import BeamDistance, PolarField, StackDistance
@@ -323,7 +326,6 @@ def _counts(case: CaseTable) -> tuple[int, int, int]:
 
 
 def _beam(case: CaseTable, field: PolarField) -> BeamDistance:
-    from flight.shape import FORGED_STEEL_SHELL
     from fragfield.case.problem import flight_arguments, hazard_criteria
     from fragfield.hazard.tp12 import Retardation, beam_distance
 
@@ -334,7 +336,6 @@ def _beam(case: CaseTable, field: PolarField) -> BeamDistance:
 
 
 def _stack(case: CaseTable, field: PolarField, side: int, top: int) -> tuple[StackDistance, float]:
-    from fragfield.case.problem import hazard_criteria
     from fragfield.hazard.tp12 import effective_number, stack_distance
 
     number = effective_number(side, top, case.hazard.stack_rule.cover)
@@ -344,8 +345,6 @@ def _stack(case: CaseTable, field: PolarField, side: int, top: int) -> tuple[Sta
 
 
 def _air(case: CaseTable) -> tuple[float, float]:
-    from fragfield.case.conversion.surroundings import ground_height
-
     air, ground = case.flight.air.air(), ground_height(case, *case.flight.origin)
     return float(air.density(ground)), float(air.sound_speed(ground))
 

@@ -41,11 +41,6 @@ MATERIALS = {
 }
 
 
-def diameter_of(mass: Array) -> Array:
-    """Diameter (m) of a steel cylinder as long as thick, of a mass (kg)."""
-    return np.asarray((4.0 * mass / (math.pi * FRAGMENT_DENSITY)) ** (1.0 / 3.0))
-
-
 def concrete_limit(mass: Array, speed: Array, diameter: Array, strength: float, nose: float = SHARPEST) -> Array:
     """Thickness of concrete (m) that a steel missile just perforates; infinite beyond the relation's range.
 
@@ -98,7 +93,7 @@ class StoppingWall:
 
     def __call__(self, mass: Array, speed: Array) -> NDArray[np.bool_]:
         """Whether fragments of these masses (kg) and speeds (m/s) are shown to be stopped."""
-        diameter = diameter_of(mass)
+        diameter = np.asarray((4.0 * mass / (math.pi * FRAGMENT_DENSITY)) ** (1.0 / 3.0))  # as long as thick
         if self.material == "concrete":
             needed = CONCRETE_MARGIN * concrete_limit(mass, speed, diameter, self.strength)
         else:

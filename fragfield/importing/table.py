@@ -27,6 +27,7 @@ from fragfield_base.errors import names_allowed
 from fragfield_base.paths import absolute
 from fragfield_base.units import UnitError, read_measure
 from fragfield_base.writing import write_bytes
+from transition.errors import InputError as BreakUpInputError
 
 Array = NDArray[np.float64]
 
@@ -410,7 +411,6 @@ def _pit(table: Columns) -> dict[str, Array]:
 
 def _check_pit(path: Path, content: Mapping[str, Any], rounds: float) -> None:
     from fragfield.case.conversion.mean_mass import read_counts
-    from transition.errors import InputError as BreakUpInputError
 
     with tempfile.TemporaryDirectory() as folder:
         try:

@@ -26,10 +26,12 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 from fragfield.case import CaseTable
+from fragfield.case.conversion.rounds import burst_rounds
 from fragfield.case.load import case_from_document
 from fragfield.errors import EXIT_DONE, EXIT_FAULT, EXIT_INTERRUPTED, InputError, exit_code_of, message_of
 from fragfield.files.run_directory import RunDirectory
 from fragfield.hazard.recommended import hazard_of, recommended_of
+from fragfield.pipeline.beside import burst_beside
 from fragfield.pipeline.convergence import OF_A_SWEEP
 from fragfield.pipeline.job import RunOptions
 from fragfield.results.break_up import BreakUp
@@ -42,6 +44,7 @@ from fragfield_base.ambient import settle_child
 from fragfield_base.cores import cores
 from fragfield_base.interruption import end_requested
 from fragfield_base.writing import locked
+from transition import Snapshot
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
@@ -97,11 +100,6 @@ class Outcome:
     def of(cls, error: BaseException) -> Outcome:
         """That of a run which an error ended."""
         return cls(exit_code_of(error), message_of(error))
-
-    @classmethod
-    def killed(cls, tries: int) -> Outcome:
-        """That of a run which did not outlive its process."""
-        return cls(EXIT_FAULT, f"its process was killed {tries} times, for want of memory or by a signal")
 
 
 def perform(task: Task) -> Outcome:
@@ -170,11 +168,8 @@ def _numbers(task: Task) -> Summary:
 
 def _burst(case: CaseTable, task: Task) -> Burst:
     """The burst's summary, and the state at its end: of a run directory, of the last run, or of one made now."""
-    from fragfield.case.conversion.rounds import burst_rounds
     from fragfield.case.problem import burst_settings
-    from fragfield.pipeline.beside import burst_beside
     from fragfield.pipeline.parallel import Team
-    from transition import Snapshot
 
     key: object = task.burst or pickle.dumps((burst_rounds(case), burst_settings(case)))
     if key not in _last:
@@ -193,6 +188,7 @@ def _burst(case: CaseTable, task: Task) -> Burst:
 _WAIT = 0.2  # s; a wait without end would not see Ctrl-C on every system
 _ANSWER = 20.0  # s for a scheduler to answer
 _TRIES = 3  # of a run whose process was killed
+_KILLED = f"its process was killed {_TRIES} times, for want of memory or by a signal"
 _working = threading.Event()
 """In a process of `Processes`: whether a run is at hand."""
 _one_run = threading.Lock()
@@ -257,7 +253,7 @@ def make_all(
                     if tries[task.name] < _TRIES:
                         again.append(task)
                     else:
-                        ended(task, Outcome.killed(_TRIES))
+                        ended(task, Outcome(EXIT_FAULT, _KILLED))
                 at_hand.clear()
     except BaseException:
         workers.interrupt()

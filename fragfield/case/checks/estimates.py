@@ -20,7 +20,8 @@ from numpy.typing import NDArray
 
 import flight
 from burst_fenicsx.problem import Round
-from flight import Fragments
+from flight import FlightWarning, Fragments, fly
+from flight.hazard.density.directions import Directions
 from fragfield.case.checks.expected_masses import RECOVERED
 from fragfield.case.conversion.exposed_sites import exposed_sites_of
 from fragfield.case.conversion.rounds import burst_round, first_alike, masses_of, profile_of
@@ -297,7 +298,6 @@ def farthest_flight(case: CaseTable, fragments: Fragments) -> float:
 
 def _range(case: CaseTable, mass: Array, speed: Array) -> Array:
     """Largest horizontal ranges (n,) of fragments (kg, m/s) over `_ELEVATIONS`, back to the height of launch."""
-    from flight import FlightWarning, Fragments, fly
     from fragfield.case.problem import flight_arguments
 
     number, turn = len(_ELEVATIONS), np.tile(_ELEVATIONS, len(mass))
@@ -405,8 +405,6 @@ def _of_round(key: str, entry: RoundTable, settings: BreakUpSettings) -> Iterato
 
 
 def _of_hazard(case: CaseTable) -> Iterator[Fault]:
-    from flight.hazard.density.directions import Directions
-
     table = case.hazard
     hazard_criteria(case)
     grid = hazard_grid(case)

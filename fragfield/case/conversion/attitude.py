@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from typing import Literal
 
-from fragfield.case.conversion.surroundings import bearing_of, direction_words
+from fragfield.case.conversion.surroundings import bearing_of, direction_words, ground_height
 from fragfield.case.conversion.turned import all_azimuths_alike
 from fragfield.case.faults import Fault
 from fragfield.case.schema import CaseTable
@@ -125,8 +125,6 @@ def _site_faults(case: CaseTable, key: str, found: str) -> Iterator[Fault]:
 
 def attitude_of(case: CaseTable, *, given: bool = False) -> Attitude:
     """Attitude of the rounds of a resolved case; `given`: of fragments of a file, which have one of their own."""
-    from fragfield.case.conversion.surroundings import ground_height
-
     nothing = Attitude(
         kind="several", words="", inclination_deg=None, azimuth_deg=None, base_height=None,
         worst_inclination_deg=None, worst_roll_deg=None, curve=(),

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from flight.errors import InputError
 from flight.hazard.exposed import Prism
 from flight.scene.plan import contains
 from fragfield.case.conversion.surroundings import ground_height, site_of
@@ -247,8 +248,6 @@ def _open(case: CaseTable, entry: PersonTable | RoadTable | AreaTable) -> tuple[
 
 
 def _strip(points: Array, width: float) -> tuple[Array, list[Array]]:
-    from flight.errors import InputError
-
     ways = np.diff(points, axis=0)
     lengths = np.hypot(ways[:, 0], ways[:, 1])
     if not lengths.min() > 0.0:

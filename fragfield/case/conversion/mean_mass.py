@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 
 from flight.arena import ArenaTable
 from flight.files.text_tables import import_hint, in_columns_of, read_columns
+from fragfield.case.conversion.rounds import are_alike, masses_of
 from fragfield.case.faults import Fault, faults_at, refuse
 from fragfield.case.schema import CaseTable
 from fragfield.case.tables.burst import BreakUpTable, FragmentCountsTable
@@ -68,8 +69,6 @@ def with_counts(case: CaseTable, source: str, folder: Path) -> CaseTable:
 
 def check_counts(case: CaseTable) -> Iterator[Fault]:
     """Faults of counts that fix no mean mass, hold another mass than the casing, or stand for rounds that differ."""
-    from fragfield.case.conversion.rounds import are_alike, masses_of
-
     if case.break_up.counts is None or not case.break_up.mean_mass_is_file:
         return
     from transition.law.count_fit import SegmentMasses, fit_counts  # needs scipy

@@ -7,6 +7,7 @@ from collections.abc import Container, Iterator, Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from fragfield.case.conversion.rounds import lift_to, outsides
 from fragfield.case.conversion.surroundings import ground_height
 from fragfield.case.faults import Fault, choice_faults
 from fragfield.case.schema import CaseTable
@@ -78,8 +79,6 @@ def expanded(case: CaseTable, on_ground: Container[str] = ()) -> list[RoundTable
 
 
 def _places(case: CaseTable, template: RoundTable, stack: StackTable) -> Array:
-    from fragfield.case.conversion.rounds import lift_to, outsides
-
     bodies = outsides(template, case)
 
     def pitch(direction: ArrayLike, gap: float) -> float:

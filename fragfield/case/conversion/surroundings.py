@@ -8,7 +8,8 @@ from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from flight import HeightMap, Ricochet
+from flight import HeightMap, InputError, Ricochet
+from flight.scene.scene import Scene
 from fragfield.case.schema import CaseTable
 from fragfield.case.tables.base import degrees_of
 from fragfield.case.tables.surroundings import GroundTable
@@ -73,8 +74,6 @@ def check_surroundings(case: CaseTable) -> None:
     """Refuse rounds off the map or in an obstacle, and an origin in one; raises flight's InputError."""
     import numpy as np
 
-    from flight.scene.scene import Scene
-
     found = surroundings(case)
     scene = Scene(found["ground"], found["ricochet"], tuple(found["obstacles"]))
     rounds = np.array([entry.position for entry in case.round], dtype=np.float64).reshape(-1, 3)
@@ -88,7 +87,6 @@ def _read_map(
     earth: tuple[float, float, float] | None,
     changed: int,  # noqa: ARG001
 ) -> HeightMap:
-    from flight import InputError
     from fragfield.places.maps import read_map
 
     datum: float | Literal["site"] = "site" if isinstance(table.datum, str) else table.datum

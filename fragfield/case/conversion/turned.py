@@ -17,6 +17,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from burst_fenicsx.problem import Part
 from flight import Fragments
 from fragfield.case.conversion.rounds import burst_round, images, mirrored, placed, profile_of
 from fragfield.case.conversion.stack import expanded
@@ -256,7 +257,6 @@ def _casing(entry: RoundTable) -> tuple[float, Array]:
     if entry.profile is None:
         from burst_fenicsx.meshing import mesh_round
         from burst_fenicsx.meshing.mesh import cell_centres, cell_volumes
-        from burst_fenicsx.problem import Part
 
         mesh = mesh_round(burst_round(entry, entry.name), 1.0)
         weight = np.where(mesh.part == Part.CASING, cell_volumes(mesh), 0.0)

@@ -56,12 +56,6 @@ def shared_bursts(
     return points, burst
 
 
-def seed_of(study: int, sample: int) -> int:
-    """Seed of one sample's random numbers, whichever worker makes it and when."""
-    state = np.random.SeedSequence([study, sample]).generate_state(1, np.uint64)
-    return int(state[0] >> np.uint64(1))
-
-
 @dataclass(frozen=True, eq=False)
 class Plan:
     """The samples of uncertain inputs."""
@@ -102,7 +96,9 @@ class Plan:
         """The resolved case of a sample, as tables."""
         document = _changed(self._document, self.inputs, self.draws[number])
         document["title"] = f"{self.case.title}: sample {number}"
-        document["seed"] = seed_of(self.seed, number)
+        # the same whichever worker makes the sample and when
+        state = np.random.SeedSequence([self.seed, number]).generate_state(1, np.uint64)
+        document["seed"] = int(state[0] >> np.uint64(1))
         return document
 
     def burst_document(self, number: int) -> dict[str, Any]:

@@ -22,6 +22,7 @@ from rich.table import Table as Lines
 
 from fragfield.case.load import case_from_document
 from fragfield.errors import EXIT_DONE, EXIT_NUMERICAL, InputError, NotDeterminedError
+from fragfield.files.provenance import provenance_of
 from fragfield.files.run_directory import STAGES, RunDirectory, stamped_json
 from fragfield.hazard.recommended import recommended_of
 from fragfield.hazard.site_map import write_contours
@@ -214,7 +215,6 @@ class Uncertainty(Study):
         nominal.write_results(replace(summary, hazard=hazard, distance_to_apply=_to_apply(hazard, summary)))
         if nominal.file("contours.geojson").is_file():
             from flight.files.ensemble import read_ensemble
-            from fragfield.files.provenance import provenance_of
 
             case, ensemble = nominal.stored_case(), read_ensemble(nominal.file("ensemble.h5"))[0]
             exposed = summary.exposed or ()
