@@ -1,13 +1,14 @@
-"""Writes the report: figures to files, and sections by their templates into one self-contained HTML page."""
+"""Writes the report, figures to files and sections by their templates into one self-contained page, and the map."""
 
 from __future__ import annotations
 
 import base64
+import json
 import subprocess
 from contextlib import contextmanager, nullcontext
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from datetime import UTC, datetime
-from functools import cache, partial
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,12 +16,13 @@ from markupsafe import Markup, escape
 
 from fragfield.case.conversion.surroundings import direction_words
 from fragfield.errors import EXIT_INPUT, InputError
+from fragfield.hazard.site_map import COLORS, KINDS, VERDICTS, extent_of
 from fragfield.hazard.to_apply import USES
 from fragfield.hazard.verdict import criterion_words, part_text
 from fragfield.numbers import SPACE, number
 from fragfield.report.figures.registered import FIGURES
-from fragfield.report.map_page import write_map
-from fragfield.report.sections import SECTIONS, STUDY, Section, catalogue, digest_of
+from fragfield.report.figures.site import north_of, site_shapes
+from fragfield.report.sections import SECTIONS, STUDY, Section, digest_of
 from fragfield.results.run import StoredRun
 from fragfield.results.words import margin_metres, rounded_metres, whole_metres
 from fragfield.version import __version__
@@ -68,42 +70,25 @@ class _Illustration:
 
 
 def write_report(run_dir: Path | str, path: Path | str | None = None, *, pictures: bool = True) -> Path:
-    """Write the report of a run, whole or in part, and its map where there is one.
+    """Write the report of a run, whole or in part, and its map where there is one; the page opens offline.
 
-    Parameters
-    ----------
-    run_dir : Path
-        The run directory; only its files are read.
-    path : Path, optional
-        The page to write; left out: `report.html` in the run directory. Figures go to `figures` beside it.
-    pictures : bool
-        Draw the burst and the fragments by VTK; where VTK cannot draw, the report says so and goes on.
+    `path`: left out, `report.html` in the run directory; figures go to `figures` beside it. `pictures`: of burst and
+    fragments by VTK; where it cannot draw the report says so and goes on.
 
-    Returns
-    -------
-    Path
-        The page: one file that opens offline.
-
-    Raises
-    ------
-    InputError
-        No run directory, a damaged file in it, or no right to write.
+    Raises InputError: no run directory, a damaged file in it (nothing is written then), or no right to write.
     """
     run = StoredRun(run_dir)
-    run.read_whole()
+    run.require()
+    _ = run.summary, run.values, run.study, run.snapshot, run.launched, run.landed, run.ensemble
     target = Path(path) if path is not None else run.path / "report.html"
     names = [name for name in FIGURES if not name.startswith("uncertainty_") or run.study]
     written = _write(run, target, SECTIONS, names, pictures=pictures)
-    write_map(run, target.with_name("map.html"), identity=identity_line(run), written=written)
+    _write_map(run, target.with_name("map.html"), written)
     return target
 
 
 def write_uncertainty_page(folder: Path, run_directory: Path, found: UncertaintyResult) -> Path:
-    """Write uncertainty.html and its figures.
-
-    `folder`: the study's; `run_directory`: the nominal run, for title, document number and version; `found`:
-    what the samples say.
-    """
+    """Write uncertainty.html and its figures into a study's folder, under title and number of its nominal run."""
     run = StoredRun(run_directory)
     run.study = found
     target = folder / "uncertainty.html"
@@ -183,7 +168,6 @@ def _render(run: StoredRun, sections: Sequence[Section], drawn: Mapping[str, _Il
 
     every = {
         "run": run, "document": document, "hazard": run.summary.hazard, "figures": figures,
-        "catalogue": partial(catalogue, run),
     }  # fmt: skip
     shown: list[dict[str, Any]] = []
     for section in sections:
@@ -221,9 +205,9 @@ def _environment() -> Environment:
     environment.filters |= {
         "css_text": css_text,
         "code": code_words,
-        "worded": _worded,
+        # by column, whether it holds words, which are broken and begin at the left
+        "worded": lambda lines: [max(map(len, column)) > _LONGEST_NUMBER for column in zip(*lines, strict=True)],
         "number": number,
-        "mm": lambda metres: number(round(1e3 * float(metres), 1), 4),
         "metres": whole_metres,
         "whole": rounded_metres,
         "margin": margin_metres,
@@ -235,11 +219,6 @@ def _environment() -> Environment:
         "direction": lambda one: direction_words(one.azimuth_deg, one.bearing_deg, whole=True),
     }
     return environment
-
-
-def _worded(lines: Sequence[Sequence[str]]) -> list[bool]:
-    """By column, whether it holds words, which are broken and begin at the left."""
-    return [any(len(cell) > _LONGEST_NUMBER for cell in column) for column in zip(*lines, strict=True)]
 
 
 def _few(value: float | None) -> str:
@@ -284,3 +263,29 @@ def identity_line(run: StoredRun) -> str:
     numbers = run.path / "summary.json"
     digest = f"{numbers.name} SHA-256 {digest_of(numbers)}" if numbers.is_file() else ""
     return " · ".join(part for part in (document.classification, document.number, revision, digest) if part)
+
+
+def _write_map(run: StoredRun, path: Path, written: str) -> None:
+    if (found := site_shapes(run)) is None:
+        return
+    from fragfield.case.conversion.surroundings import site_of
+    from fragfield.places.site import POINTS
+
+    (case, shapes), to_apply, identity = found, run.summary.distance_to_apply, identity_line(run)
+    low, high = extent_of(shapes)
+    drawn: list[dict[str, Any]] = [{**vars(shape), "points": shape.points.round(3).tolist()} for shape in shapes]
+    site = site_of(case)
+    data = {
+        "shapes": drawn, "kinds": KINDS, "colors": COLORS, "compass": POINTS,
+        "verdicts": {name: asdict(style) for name, style in VERDICTS.items()},
+        "extent": [low.tolist(), high.tolist()], "origin": list(case.flight.origin), "north": north_of(case),
+        "site": None if site is None else asdict(site),
+    }  # fmt: skip
+    # "</" ends a script element wherever it stands
+    text = json.dumps(data, allow_nan=False).replace("</", "<\\/")
+    page = _environment().get_template("map.html").render(
+        title=run.title, to_apply=to_apply.line if to_apply else "", data=text,
+        identity=f"{identity} · " if identity else "", written=written,
+        program_version=run.provenance.get("program_version") or __version__,
+    )  # fmt: skip
+    write_text(path, page, InputError)

@@ -9,10 +9,7 @@ from pathlib import Path
 import pytest
 
 from burst_fenicsx.geometry import load_profile
-from fragfield.app.fields import page_texts
-from fragfield.app.pages.result import direction_facts
 from fragfield.case import load_case
-from fragfield.interface.results import Run
 from tests.app.conftest import PATIENCE, wait_for
 from tests.fragfield.drawn_shells import write_dxf
 
@@ -151,7 +148,6 @@ def test_four_shells_at_a_workshop_on_terrain(application):
     assert len(case.round) == 4
     assert [one.kind for one in case.obstacle] == ["building", "barricade"]
     assert Path(case.flight.ground.map).name == "plain.asc"
-    _look_along(page, run, 40.0)
     burst, person, first = _burst(run), case.exposed[2].position, _summary(run)["exposed"][2]
     page.goto(f"{application.base}/site?case=four.toml")
     page.wait_for_selector("#site-map .handle")
@@ -172,16 +168,6 @@ def test_four_shells_at_a_workshop_on_terrain(application):
     moved = _summary(run)["exposed"][2]
     assert moved["distance"] > 100.0 + first["distance"]
     assert moved["expected_hits"]["upper"] < first["expected_hits"]["upper"]
-
-
-def _look_along(page, run, azimuth):
-    """The density along a chosen direction, as the run holds it."""
-    page.get_by_role("tab", name="Directions").click()
-    before = page.locator(".q-tab-panel .picture").inner_html()
-    page.locator("[data-key=azimuth]").fill(f"{azimuth:g}")
-    for _, words in direction_facts(Run(run).ensemble, azimuth, page_texts()):
-        wait_for(page, words, at=".q-tab-panel table.facts")
-    assert page.locator(".q-tab-panel .picture").inner_html() != before
 
 
 def _summary(run):

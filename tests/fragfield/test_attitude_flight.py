@@ -174,6 +174,5 @@ def test_summary_and_report_state_the_attitude(mixed, tmp_path, monkeypatch):
     page = (tmp_path / "out" / "report.html").read_text()
     first = page.index("mixed attitudes, the distance is that of the worst: inclined by")
     assert first < page.index("Limits of validity")
-    assert "Distance by attitude" in page
     assert run.figure("attitude_curve").axes
     assert "in every direction: worst attitude" in page

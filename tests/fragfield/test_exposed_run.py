@@ -98,17 +98,13 @@ def test_summary_holds_every_place(flown):
     assert (entries["open"]["azimuth_deg"] + entries["open"]["bearing_deg"]) % 360.0 == pytest.approx(90.0)
     assert entries["sheltered"]["margin"] is None
     assert entries["sheltered"]["no_margin"].startswith("judged by the probability of a hit")
-    faces = {face["face"]: face["bearing_deg"] for face in obstacle["faces"]}
-    assert faces["roof"] is None
-    assert sum(value is not None for value in faces.values()) == 4
     assert entries["road"]["expected_hits"]["expected"] == pytest.approx(
         2 * 10.0 * entries["road"]["density_normal"]["expected"]
     )
     for entry in entries.values():
         assert entry["probability"]["upper"] >= entry["probability"]["expected"]
         assert entry["expected_hits"]["upper"] > entry["expected_hits"]["expected"]
-    assert summary["flight"]["hits"] == 0  # the places' own surfaces are no witnesses
-    assert summary["witness"] == []
+    assert summary["witness"] == []  # the places' own surfaces are no witnesses
 
 
 def test_geographic_files_hold_what_the_map_holds(flown):

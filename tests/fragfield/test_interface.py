@@ -77,7 +77,7 @@ def test_the_hazard_distance(done):
     assert hazard.recommended >= hazard.upper > hazard.expected > 0.0
     assert (hazard.parts, hazard.not_included) == (part.parts, part.not_included)
     assert hazard.realisations == part.realisations == 8
-    assert hazard.ensemble.realisations == min(hazard.realisations, 200)  # of which single counts are kept
+    assert run.ensemble.realisations == min(hazard.realisations, 200)  # of which single counts are kept
     assert hazard.direction is None
     assert hazard.reason == ""
 

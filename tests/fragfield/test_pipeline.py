@@ -34,7 +34,6 @@ def test_a_run_leaves_every_file_and_the_summary_of_the_contract(whole_run, shor
     assert ring["name"] == "ring"
     assert len(ring["by_azimuth"]) == 72
     assert [row["azimuth_deg"] for row in ring["by_azimuth"]] == [5.0 * sector for sector in range(72)]
-    assert {"hits", "max_initial_speed", "mean_initial_speed", "hazardous_hits"} <= set(ring["by_azimuth"][0])
     assert sum(row["hits"] for row in ring["by_azimuth"]) == ring["hits"]
     assert summary["seed"] == 1
     assert {"python", "numpy", "numba", "dolfinx", "mpi4py"} <= set(summary["versions"])

@@ -20,7 +20,7 @@ from fragfield.quantities import QUANTITIES, quantity, shown
 from fragfield.report.assemble import code_words
 from fragfield.report.figures.fragments import number_above
 from fragfield.report.findings import findings
-from fragfield.report.sections import catalogue
+from fragfield.report.sections import numbers_of
 from fragfield.results.summary import Summary, schema
 from fragfield.results.words import margin_metres, metres, metres_and_error, whole_metres
 from fragfield.studies.sweep import results_of
@@ -326,7 +326,7 @@ def test_a_view_lists_an_output_by_its_mark_alone(reported_pair, monkeypatch):
     run = Run(reported_pair)
     value = run.summary.burst.min_edge
     assert "shortest edge of all" in summary_text(run.summary)
-    assert [row.si for row in catalogue(run, "burst") if row.name == "Shortest edge of all"] == [new.row(value).si]
+    assert [row.si for row in numbers_of(run, "burst") if row.name == "Shortest edge of all"] == [new.row(value).si]
     assert results_of(run.summary)["min_edge"] == value
     assert "| `min_edge` | m | Shortest edge of all |" in summary_reference()
     assert new in shown("convergence")

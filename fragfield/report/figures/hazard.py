@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fragfield.case.conversion.surroundings import bearing_of, direction_words
-from fragfield.report.figures.drawing import ACCENT, GREY, INK, LINES, drawing_style, figure, new_figure, to_bytes
+from fragfield.report.figures.drawing import ACCENT, GREY, INK, LINES, figure, new_figure
 from fragfield.results.words import metres
 
 if TYPE_CHECKING:
@@ -88,28 +88,24 @@ def _ring(axis: Axes, radius: float, *, color: str, dashes: str, label: str, ang
     )  # fmt: skip
 
 
-def _density(run: StoredRun, azimuth: float | None = None) -> Figure | None:
-    """Along the deciding direction with its band, or along another one (degrees) alone."""
+@figure(
+    "density_curve", "Density by distance",
+    "Expected number of hazardous fragments per acceptable area, over all azimuths where they are alike, else in the "
+    "direction that decides. Shaded: 5 to 95 % of the bootstrap, the certainty of the mean, not the scatter of single "
+    "events.",
+)  # fmt: skip
+def _density(run: StoredRun) -> Figure | None:
     found = run.ensemble
     if found is None or not len(run.landed) or not found.expected.density.any():
         return None
     acceptable, expected = run.criteria.density, found.expected
-    densities, reach, upper = expected.density, expected.distance, expected.upper
-    own = azimuth is None or not expected.density_by_direction.size
-    if azimuth is not None and expected.density_by_direction.size:
-        at = round(azimuth / 360.0 * len(expected.azimuth)) % len(expected.azimuth)
-        densities, reach = (
-            np.asarray(expected.density_by_direction[:, at], dtype=np.float64),
-            float(expected.by_direction[at]),
-        )
-        upper = None if upper is None else float(expected.upper_by_direction[at])
     figure, (axis,) = new_figure(height=3.2)
     decides = int(expected.normal >= expected.ground)
     for number, label in sorted(enumerate(("on the ground", "normal to the paths")), key=lambda one: one[0] != decides):
-        style, density = LINES[number], densities[number] / acceptable
-        words = f"{label}{', which decides' if own and number == decides else ''}"
+        style, density = LINES[number], expected.density[number] / acceptable
+        words = f"{label}{', which decides' if number == decides else ''}"
         axis.plot(expected.radius, np.where(density > 0, density, np.nan), label=words, **style)
-        if own and expected.density_low.size:
+        if expected.density_low.size:
             axis.fill_between(
                 expected.radius, np.maximum(expected.density_low[number] / acceptable, _NOTHING),
                 np.maximum(expected.density_high[number] / acceptable, _NOTHING), color=style["color"], alpha=_SHADE,
@@ -117,7 +113,7 @@ def _density(run: StoredRun, azimuth: float | None = None) -> Figure | None:
             )  # fmt: skip
     axis.axhline(1.0, color=ACCENT, linewidth=1.4, label=f"criterion, 1 per {1 / acceptable:.1f} m²")
     marked = [] if found.undetermined else [
-        (reach, ":", "expected"), (upper, "--", "upper bound (95 %)"),
+        (expected.distance, ":", "expected"), (expected.upper, "--", "upper bound (95 %)"),
         (run.summary.hazard.recommended if run.summary.hazard else None, "-", "recommended"),
     ]  # fmt: skip
     for distance, dashes, words in marked:
@@ -130,22 +126,6 @@ def _density(run: StoredRun, azimuth: float | None = None) -> Figure | None:
     axis.set_ylim(1e-3, 1e3)
     axis.legend(loc="upper center", bbox_to_anchor=(0.5, -0.13), fontsize=7)
     return figure
-
-
-figure(
-    "density_curve", "Density by distance",
-    "Expected number of hazardous fragments per acceptable area, over all azimuths where they are alike, else in the "
-    "direction that decides. Shaded: 5 to 95 % of the bootstrap, the certainty of the mean, not the scatter of single "
-    "events.",
-)(_density)  # fmt: skip
-
-
-def density_svg(run: StoredRun, azimuth: float | None) -> str:
-    """The density curve along a direction (degrees; None: that which decides) as SVG within a page."""
-    with drawing_style():
-        drawn = _density(run, azimuth)
-        text = "" if drawn is None else to_bytes(drawn, "svg").decode()
-    return text[text.find("<svg") :]
 
 
 def _closed(values: NDArray[np.float64]) -> NDArray[np.float64]:
