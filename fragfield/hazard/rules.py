@@ -16,13 +16,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from flight.shape import FORGED_STEEL_SHELL
+from flight.errors import InputError as FlightInputError
+from flight.shape import FORGED_STEEL_SHELL, HEAVY_PIECES_OF_STACKS
 from fragfield.case import CaseTable
 from fragfield.case.conversion.surroundings import ground_height
-from fragfield.case.problem import hazard_criteria
+from fragfield.case.problem import flight_arguments, hazard_criteria
 from fragfield.case.tables.surroundings import OfficialTable
 from fragfield.hazard.contents import COMPARISON, DISPOSAL, SITING, contents_of, quantity_words, with_images
-from fragfield.hazard.tp12 import BeamDistance, PolarField, StackDistance
+from fragfield.hazard.tp12 import SUPERSONIC_DRAG, Retardation, beam_distance, effective_number, stack_distance
 from fragfield.results.rules import Beam, Contents, FragmentField, Rule, Rules, StackRule, Tp12
 
 if TYPE_CHECKING:
@@ -240,17 +241,21 @@ _BASIS = "single round's break-up"
 
 def tp12_part(case: CaseTable, single: SingleRound) -> Tp12:
     """What the paper's procedure gives for a resolved case: the beam and, of several rounds, the stack."""
-    from flight.errors import InputError
-
     if single.field is None:
         return Tp12(single_round=single.source, realisations=0, beam=None, stack=None)
-    beam = Beam.read(asdict(_beam(case, single.field)))
-    stack, (side, top, count) = None, _counts(case)
-    if count > 1:
-        known: dict[str, Any] = {"side": side, "top": top, "cover": case.hazard.stack_rule.cover}
+    air, ground = case.flight.air.air(), ground_height(case, *case.flight.origin)
+    density, criteria, gravity = float(air.density(ground)), hazard_criteria(case), case.flight.gravity
+    drag = flight_arguments(case)["drag"]
+    retardation = Retardation(drag, density, float(air.sound_speed(ground)), FORGED_STEEL_SHELL, gravity)
+    beam, stack = beam_distance(single.field, retardation, criteria), None
+    if len(positions := with_images(case)) > 1:
+        rule, (side, top) = case.hazard.stack_rule, stack_counts(positions)
+        side, top = side if rule.side is None else rule.side, top if rule.top is None else rule.top
+        known: dict[str, Any] = {"side": side, "top": top, "cover": rule.cover}
         try:
-            found, number = _stack(case, single.field, side, top)
-        except InputError as error:
+            number = effective_number(side, top, rule.cover)
+            found = stack_distance(single.field, number, criteria, density=density, gravity=gravity)
+        except FlightInputError as error:
             stack = StackRule(**known, distance=None, reason=str(error))
         else:
             stack = StackRule.read({**known, "effective_number": number, **asdict(found)})
@@ -259,9 +264,6 @@ def tp12_part(case: CaseTable, single: SingleRound) -> Tp12:
 
 def tp12_rules(case: CaseTable, part: Tp12) -> Iterator[Rule]:
     """The same as rules beside the others; `part` from `tp12_part`."""
-    from flight.shape import FORGED_STEEL_SHELL, HEAVY_PIECES_OF_STACKS
-    from fragfield.hazard.tp12 import SUPERSONIC_DRAG
-
     beam, stack, source = part.beam, part.stack, part.single_round
     no_stack = "" if stack is not None and stack.distance is not None else (stack and stack.reason) or source
     criteria = (
@@ -317,36 +319,6 @@ def stack_counts(positions: ArrayLike) -> tuple[int, int]:
         cells = np.floor((at[:, [across, 2]] - at[:, [across, 2]].min(axis=0)) / step + 0.5)
         sides.append(len(np.unique(cells, axis=0)))
     return max(sides), top
-
-
-def _counts(case: CaseTable) -> tuple[int, int, int]:
-    positions, rule = with_images(case), case.hazard.stack_rule
-    side, top = stack_counts(positions)
-    return rule.side if rule.side is not None else side, rule.top if rule.top is not None else top, len(positions)
-
-
-def _beam(case: CaseTable, field: PolarField) -> BeamDistance:
-    from fragfield.case.problem import flight_arguments, hazard_criteria
-    from fragfield.hazard.tp12 import Retardation, beam_distance
-
-    density, sound = _air(case)
-    drag = flight_arguments(case)["drag"]
-    retardation = Retardation(drag, density, sound, FORGED_STEEL_SHELL, case.flight.gravity)
-    return beam_distance(field, retardation, hazard_criteria(case))
-
-
-def _stack(case: CaseTable, field: PolarField, side: int, top: int) -> tuple[StackDistance, float]:
-    from fragfield.hazard.tp12 import effective_number, stack_distance
-
-    number = effective_number(side, top, case.hazard.stack_rule.cover)
-    density, _ = _air(case)
-    criteria = hazard_criteria(case)
-    return stack_distance(field, number, criteria, density=density, gravity=case.flight.gravity), number
-
-
-def _air(case: CaseTable) -> tuple[float, float]:
-    air, ground = case.flight.air.air(), ground_height(case, *case.flight.origin)
-    return float(air.density(ground)), float(air.sound_speed(ground))
 
 
 def _zone_words(beam: Beam) -> str:
