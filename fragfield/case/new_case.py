@@ -44,28 +44,12 @@ def write_new_case(
     stack: str | None = None,
     lying: bool = False,
 ) -> Path:
-    """Write a case of one round, or of a stack of it, with every key explained.
+    """Write a case of one round, or of a stack of it, with every key explained; returns the file.
 
-    Parameters
-    ----------
-    path : Path
-        File to write; ".toml" is added where it is missing.
-    profile, explosive, casing : str
-        Built-in names; the casing left out: the one made for the profile, else the paper's steel.
-    stack : str, optional
-        Arrangement of copies of the round, as `stack.arrangement`.
-    lying : bool
-        The round lies on the ground, its axis along y, so that a row of them stands side by side along x.
-
-    Returns
-    -------
-    Path
-        The file.
-
-    Raises
-    ------
-    InputError
-        A name is unknown, or there is such a file, or it cannot be written.
+    `path`: ".toml" is added where it is missing; `profile`, `explosive`, `casing`: built-in names, the casing left out:
+    the one made for the profile, else the paper's steel; `stack`: arrangement of copies of the round; `lying`: the
+    round lies on the ground, its axis along y, so that a row of them stands side by side along x. Raises InputError: a
+    name is unknown, or there is such a file, or it cannot be written.
     """
     path = path if path.suffix.lower() == ".toml" else path.with_name(f"{path.name}.toml")
     if path.exists() or path.is_symlink():

@@ -61,18 +61,10 @@ def revision() -> str:
 
 
 def provenance_of(case: CaseTable) -> dict[str, str]:
-    """What every output file of a run carries.
+    """What every output file of a run of a resolved case carries.
 
-    Parameters
-    ----------
-    case : CaseTable
-        The resolved case.
-
-    Returns
-    -------
-    dict of str to str
-        `case` (TOML), `versions` (JSON), `seed`, `program`, `program_version`, `revision`, `platform`, `environment`
-        (JSON: variables of libraries that the command line has ignored, and that it has kept) and `date` (UTC).
+    `case` (TOML), `versions` (JSON), `seed`, `program`, `program_version`, `revision`, `platform`, `environment` (JSON:
+    variables of libraries that the command line has ignored, and that it has kept) and `date` (UTC).
     """
     return {
         "case": to_toml(case),
@@ -90,21 +82,9 @@ def provenance_of(case: CaseTable) -> dict[str, str]:
 def describe(path: Path) -> dict[str, Any]:
     """Describe a run directory or an HDF5 file.
 
-    Parameters
-    ----------
-    path : Path
-        Directory or file.
-
-    Returns
-    -------
-    dict
-        For a directory `directory`, `title`, `stages`, `files` (bytes) and `summary`; for a file `file`, `format`,
-        `attributes` and `datasets` (shape and type).
-
-    Raises
-    ------
-    InputError
-        There is no such thing, or the file is cut off or not one of this program's.
+    Of a directory `directory`, `title`, `stages`, `files` (bytes) and `summary`; of a file `file`, `format`,
+    `attributes` and `datasets` (shape and type). Raises InputError: there is no such thing, or the file is cut off or
+    not one of this program's.
     """
     if path.is_dir():
         return _directory(RunDirectory(path))

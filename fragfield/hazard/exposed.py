@@ -105,20 +105,9 @@ class ExposedCounts:
 class ExposedSums:
     """Sums of the counts over realisations.
 
-    Parameters
-    ----------
-    case : CaseTable
-        Resolved; of an attitude in which it is turned, as turned.
-    sites : list of ExposedSite
-        The sites.
-    grid : PolarGrid
-        Of the fields.
-    kernel : float
-        Half-width of the azimuth kernel (degrees).
-    turned : bool
-        Whether the nose may point anywhere.
-    alike : bool
-        Whether all azimuths are alike: then the mean over them is taken.
+    `case`: resolved; of an attitude in which it is turned, as turned; `grid` of the fields; `kernel`: half-width of the
+    azimuth kernel (degrees); `turned`: the nose may point anywhere; `alike`: all azimuths are, so that the mean over
+    them is taken.
     """
 
     def __init__(

@@ -46,18 +46,9 @@ def sum_bound(total: Array, variance: Array, largest: Array, level: float = LEVE
 class Places:
     """Places about the origin.
 
-    Attributes
-    ----------
-    of_cells : (a, r) int64
-        Place of every cell of azimuth and distance.
-    ring : (p,) int64
-        Number of the ring of distances in which a place lies.
-    cells : (p,) int64
-        Cells of azimuth that a place is wide.
-    corners : (p, 4, 2) float64
-        Of a plan that holds the place (m), from the origin.
-    area : (p,) float64
-        Of its ground (m2).
+    `of_cells` (a, r): place of every cell of azimuth and distance; `ring` (p,): number of the ring of distances in
+    which a place lies; `cells` (p,): cells of azimuth that it is wide; `corners` (p, 4, 2) of a plan that holds it,
+    from the origin (m); `area` (p,) of its ground (m2).
     """
 
     def __init__(self, grid: PolarGrid) -> None:
@@ -110,15 +101,9 @@ class Places:
 class PlaceSums:
     """Sums over realisations of what passes and lands in every place.
 
-    Parameters
-    ----------
-    grid : PolarGrid
-        Cells of the fields; they go on beyond it where fields do.
-    height : float
-        Below which paths count (m).
-    spread : (a, a) float64, optional
-        Weights by which every field is spread over azimuth first: an even mean where all azimuths are alike, a kernel
-        where the direction of the nose is open. With it the worst azimuth at a site's distances counts.
+    `grid`: cells of the fields, which go on beyond it where fields do; `height`: below which paths count (m); `spread`
+    (a, a): weights by which every field is spread over azimuth first, an even mean where all azimuths are alike, a
+    kernel where the direction of the nose is open. With it the worst azimuth at a site's distances counts.
     """
 
     def __init__(self, grid: PolarGrid, height: float, spread: Array | None = None) -> None:
@@ -148,20 +133,9 @@ class PlaceSums:
     def worst(self, pieces: Sequence[Array], plans: Sequence[Array]) -> tuple[list[Estimate], Array, int]:
         """Densities (1/m2) on the ground and normal to paths at the worst place that a site touches.
 
-        Parameters
-        ----------
-        pieces, plans : sequence of (k, 2)
-            Convex pieces of the site, and outlines of obstacles, from the origin (m).
-
-        Returns
-        -------
-        values : list of Estimate
-            Of landings and of paths: the largest estimate with its standard error, and the largest of all bounds, which
-            bounds the worst place whichever it is.
-        centre : (2,) float64
-            Of the worst place (m).
-        number : int
-            Places that count.
+        `pieces`, `plans` (k, 2): convex pieces of the site, and outlines of obstacles, from the origin (m). Returned
+        are, of landings and of paths, the largest estimate with its standard error, and the largest of all bounds,
+        which bounds the worst place whichever it is; the centre (2,) of the worst place (m); how many places count.
         """
         nearest = float(np.hypot(*np.concatenate(list(pieces)).T).min())
         self._hold(self.grid.up_to(nearest + 2.0 * self.grid.cell).shape[1])

@@ -52,12 +52,7 @@ def recommended_of(
 ) -> Hazard:
     """The part `hazard` of the summary with the recommended distance, its parts, and why others are not included.
 
-    Parameters
-    ----------
-    hazard, convergence : Hazard, Convergence
-        Parts of the summary.
-    study : UncertaintyResult, optional
-        Of a study of this run.
+    `hazard`, `convergence`: parts of the summary; `study`: of a study of this run.
     """
     if not hazard.determined or hazard.expected is None:
         nothing = DistanceParts(**dict.fromkeys(PARTS))

@@ -9,7 +9,6 @@ Python all show this one object.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import NamedTuple
 
 from fragfield.case import CaseTable
 from fragfield.case.conversion.rounds import are_alike
@@ -70,40 +69,32 @@ def _left_out(uses: _Uses) -> Iterator[str]:
             yield f"Incomplete for {what} The authority must say what holds instead."
 
 
-class _Candidate(NamedTuple):
-    """A distance (m) that may be the largest, and by what."""
-
-    distance: float
-    by: str
-
-
 def _of_use(use: str, hazard: Hazard | None, official: Official | None, rules: Sequence[Rule]) -> DistanceOfUse:
     """The largest distance of a use, and larger or unknown ones that are left out; of equal ones the first decides."""
     prescribed = [rule for rule in rules if rule.use == use]
-    candidates, left_out = [], []
+    candidates: list[tuple[float, str]] = []  # m, and by what
+    left_out = []
     if hazard is not None and hazard.recommended is not None:
-        candidates.append(_Candidate(hazard.recommended, f"the {_COMPUTED}"))
+        candidates.append((hazard.recommended, f"the {_COMPUTED}"))
     elif hazard is not None:
         reason = f"it is {NOT_DETERMINED}: {hazard.reason}"
         left_out.append(LeftOut(name=_COMPUTED, reason=reason, distance=None, missing=True))
     if official is not None and official.hazardous_fragment_distance is not None:
         words = "the official hazardous fragment distance"
-        candidates.append(_Candidate(official.hazardous_fragment_distance, words))
+        candidates.append((official.hazardous_fragment_distance, words))
     if use == DISPOSAL and official is not None and official.maximum_fragment_distance is not None:
-        candidates.append(_Candidate(official.maximum_fragment_distance, "the official maximum fragment distance"))
+        candidates.append((official.maximum_fragment_distance, "the official maximum fragment distance"))
     candidates += [
-        _Candidate(rule.distance, f"the rule “{rule.name}” ({rule.hazard})")
-        for rule in prescribed
-        if rule.distance is not None
+        (rule.distance, f"the rule “{rule.name}” ({rule.hazard})") for rule in prescribed if rule.distance is not None
     ]
-    largest = max(candidates, key=lambda one: one.distance, default=None)
+    largest = max(candidates, key=lambda one: one[0], default=None)
     left_out += [
         LeftOut(name=rule.name, reason=rule.reason, distance=rule.outside, missing=rule.missing)
         for rule in prescribed
         if rule.distance is None
-        and (rule.missing if rule.outside is None else largest is None or rule.outside > largest.distance)
+        and (rule.missing if rule.outside is None else largest is None or rule.outside > largest[0])
     ]
-    return DistanceOfUse(distance=largest and largest.distance, by=largest and largest.by, left_out=tuple(left_out))
+    return DistanceOfUse(distance=largest and largest[0], by=largest and largest[1], left_out=tuple(left_out))
 
 
 def official_part(case: CaseTable) -> Official | None:

@@ -165,10 +165,7 @@ class Turned:
 class Arrangement:
     """The rounds of a resolved case with their images, which turn about the centre of mass of the casings.
 
-    Parameters
-    ----------
-    case : CaseTable
-        Resolved; nothing but planes of symmetry stands beside its rounds.
+    `case`: resolved; nothing but planes of symmetry stands beside its rounds.
     """
 
     def __init__(self, case: CaseTable) -> None:

@@ -106,23 +106,10 @@ def analyse(
     seed: int,
     burst: NDArray[np.int64] | None = None,
 ) -> Analysis:
-    """Shares and tornado of one result over all samples.
+    """Shares and tornado of one result over all samples; without them where the estimator has a reason.
 
-    Parameters
-    ----------
-    inputs : d names and Distributions
-    points : (n, d) float64
-        In the unit cube.
-    values : (n,) float64
-        NaN where a sample gave none.
-    seed : int
-        Of the bootstrap.
-    burst : (n,) int64, optional
-        Which shared burst a sample used.
-
-    Returns
-    -------
-    Analysis, without shares and tornado where its estimator has a reason
+    `inputs`: d names and distributions; `points` (n, d) in the unit cube; `values` (n,), NaN where a sample gave none;
+    `seed` of the bootstrap; `burst` (n,): which shared burst a sample used.
     """
     distributions = [one for _, one in inputs]
     known = np.isfinite(values)
