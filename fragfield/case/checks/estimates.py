@@ -22,6 +22,7 @@ import flight
 from burst_fenicsx.problem import Round
 from flight import FlightWarning, Fragments, fly
 from flight.hazard.density.directions import Directions
+from fragfield.case import problem
 from fragfield.case.checks.expected_masses import RECOVERED
 from fragfield.case.conversion.exposed_sites import exposed_sites_of
 from fragfield.case.conversion.rounds import burst_round, first_alike, masses_of, profile_of
@@ -33,15 +34,6 @@ from fragfield.case.conversion.surroundings import (
     surroundings,
 )
 from fragfield.case.faults import Doubt, Fault
-from fragfield.case.problem import (
-    break_up_settings,
-    burst_geometry,
-    flight_arguments,
-    hazard_criteria,
-    hazard_directions,
-    hazard_grid,
-    kernel_degrees,
-)
 from fragfield.case.schema import CaseTable
 from fragfield.case.tables.round import RoundTable
 from fragfield.errors import InputError
@@ -268,11 +260,10 @@ def farthest_throw(case: CaseTable) -> float | None:
     over level ground in the air, and with the drag, of the flight.
     """
     from fragfield.case.conversion.rounds import burst_round, first_alike
-    from fragfield.case.problem import break_up_settings
 
     pieces = []
     try:
-        settings = break_up_settings(case)
+        settings = problem.break_up_settings(case)
         for index in set(first_alike(case)):
             for one in expected_means(burst_round(case.round[index], f"round[{index + 1}]"), settings):
                 number = _images(case) * len(case.round) * _ONE_IN * one.mass / one.mean
@@ -298,13 +289,11 @@ def farthest_flight(case: CaseTable, fragments: Fragments) -> float:
 
 def _range(case: CaseTable, mass: Array, speed: Array) -> Array:
     """Largest horizontal ranges (n,) of fragments (kg, m/s) over `_ELEVATIONS`, back to the height of launch."""
-    from fragfield.case.problem import flight_arguments
-
     number, turn = len(_ELEVATIONS), np.tile(_ELEVATIONS, len(mass))
     way = np.column_stack([np.cos(turn), np.zeros(len(turn)), np.sin(turn)])
     velocity = np.repeat(speed, number)[:, None] * way
     shots = Fragments(np.repeat(mass, number), (0.0, 0.0, 0.0), velocity, case.flight.shape_factor)
-    arguments = {name: flight_arguments(case)[name] for name in ("air", "drag", "gravity", "integrator")}
+    arguments = {name: problem.flight_arguments(case)[name] for name in ("air", "drag", "gravity", "integrator")}
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", FlightWarning)  # of the flight itself, once it is flown
         flown = fly(shots, **arguments, ricochet=None, time_limit=_LONGEST, threads=1)
@@ -318,7 +307,7 @@ def stage_faults(case: CaseTable) -> Iterator[Fault]:
     """Faults of a resolved case that its stages would find."""
     yield from _cells(case)
     try:
-        yield from _of_break_up(case, break_up_settings(case))
+        yield from _of_break_up(case, problem.break_up_settings(case))
     except errors.InputError as error:
         yield _rekeyed(case, error, "")
     yield from list(_of_flight(case)) or map_faults(case)
@@ -335,7 +324,7 @@ def _of_flight(case: CaseTable) -> Iterator[Fault]:
         yield Fault("flight.drag", str(error).removeprefix("drag: "))
         return
     try:
-        flight_arguments(case)
+        problem.flight_arguments(case)
         check_surroundings(case)
         exposed_sites_of(case)
     except errors.InputError as error:
@@ -360,7 +349,7 @@ def _cells(case: CaseTable) -> Iterator[Fault]:
 
     if case.burst is None:
         return
-    check = check_mesh_size if burst_geometry(case).geometry == "3d" else check_meridian_size
+    check = check_mesh_size if problem.burst_geometry(case).geometry == "3d" else check_meridian_size
     for entry in case.round:
         try:
             if entry.mesh is None:
@@ -406,20 +395,20 @@ def _of_round(key: str, entry: RoundTable, settings: BreakUpSettings) -> Iterato
 
 def _of_hazard(case: CaseTable) -> Iterator[Fault]:
     table = case.hazard
-    hazard_criteria(case)
-    grid = hazard_grid(case)
+    problem.hazard_criteria(case)
+    grid = problem.hazard_grid(case)
     cells = grid.sectors * grid.cuts * grid.cells
     if cells > _MOST_CELLS:
         yield Fault(
             "hazard.distance_cell",
-            f"found {table.distance_cell:g} m with {table.sectors} sectors and a kernel of {kernel_degrees(case):.3g} "
-            f"deg, which make {cells:.3g} cells of density; allowed: at most {_MOST_CELLS:.0e}: wider cells, fewer "
+            f"found {table.distance_cell:g} m with {table.sectors} sectors and a kernel of "
+            f"{problem.kernel_degrees(case):.3g} deg, which make {cells:.3g} cells of density; allowed: at most {_MOST_CELLS:.0e}: wider cells, fewer "
             "sectors or a wider kernel",
         )
         return
     if case.round:
-        basis, mirrors = hazard_directions(case)
-        Directions(grid, basis, kernel_degrees(case), tuple(one for one in mirrors if grid.maps(one)))
+        basis, mirrors = problem.hazard_directions(case)
+        Directions(grid, basis, problem.kernel_degrees(case), tuple(one for one in mirrors if grid.maps(one)))
     rule = table.stack_rule
     if rule.side is not None and rule.top is not None:
         try:

@@ -33,18 +33,9 @@ from fragfield.pipeline.chain import run_chain
 from fragfield.pipeline.job import RunOptions
 from fragfield.quantities import column_of, shown
 from fragfield.report import write_report, write_uncertainty_page
+from fragfield.results import uncertainty as parts
 from fragfield.results.hazard import Hazard, Recommended
 from fragfield.results.part import to_json
-from fragfield.results.uncertainty import (
-    Curve,
-    Design,
-    SampledQuantity,
-    SampledSite,
-    SampledSiteQuantity,
-    States,
-    StudyCost,
-    UncertaintyResult,
-)
 from fragfield.results.words import metres, parts_words
 from fragfield.studies.study import DONE, FAILED, KEPT, WAITING, Row, Study, digest_of, maker
 from fragfield.studies.uncertainty.plan import Plan, plan_samples
@@ -224,9 +215,9 @@ class Uncertainty(Study):
         """The results with a checksum; the folder is where they lie."""
         return stamped_json(to_json(replace(self.found, directory=None)))
 
-    def result(self) -> UncertaintyResult:
+    def result(self) -> parts.UncertaintyResult:
         """What the samples say, with the nominal run's summary."""
-        cost = StudyCost(
+        cost = parts.StudyCost(
             samples_made_now=self._made, wall_seconds=self._seconds, workers=self.jobs or cores()
         )  # fmt: skip
         assessed = assess(self._plan, self.sample_rows, self.nominal.results())
@@ -373,25 +364,25 @@ def _to_apply(hazard: Hazard, summary: Summary) -> DistanceToApply:
     return distance_to_apply(hazard, summary.official, () if summary.rules is None else summary.rules.rules)
 
 
-def assess(plan: Plan, rows: Sequence[Row], summary: Summary) -> UncertaintyResult:
+def assess(plan: Plan, rows: Sequence[Row], summary: Summary) -> parts.UncertaintyResult:
     """What the samples say, with the nominal run's summary; see `Uncertainty.found`."""
     values = [row.results for row in rows]
     distance = _column(values, "distance")
     known = int(np.isfinite(distance).sum())
     few = f"{known} samples gave a distance; at least {_FEWEST} are needed" if known < _FEWEST else None
     nominal = results_of_summary(summary)
-    found = UncertaintyResult(
+    found = parts.UncertaintyResult(
         exit_code=EXIT_DONE if known == plan.samples else EXIT_NUMERICAL,
         program_version=__version__,
         title=plan.case.title,
         inputs=tuple(entry.described() for entry in plan.inputs),
-        design=Design(
+        design=parts.Design(
             samples=plan.samples, seed=plan.seed, bursts=plan.bursts, realisations=plan.realisations,
             geometry=plan.geometry,
         ),
         states=_states(rows, known, few),
         nominal=nominal,
-        distance=None if few else SampledQuantity(**_quantity(plan, distance, _column(values, "standard_error"))),
+        distance=None if few else parts.SampledQuantity(**_quantity(plan, distance, _column(values, "standard_error"))),
         exposed=(),
         hazard=None,
     )  # fmt: skip
@@ -404,18 +395,20 @@ def assess(plan: Plan, rows: Sequence[Row], summary: Summary) -> UncertaintyResu
         hazard=Recommended(recommended=hazard.recommended, parts=hazard.parts, not_included=hazard.not_included),
         distance_to_apply=_to_apply(hazard, summary),
         exposed=tuple(
-            SampledSite(name=site["name"], **{name: _of_site(plan, values, number, name, site[name]) for name in _SITE})
+            parts.SampledSite(
+                name=site["name"], **{name: _of_site(plan, values, number, name, site[name]) for name in _SITE}
+            )
             for number, site in enumerate(nominal["exposed"])
         ),
     )
 
 
-def _states(rows: Sequence[Row], known: int, reason: str | None) -> States:
+def _states(rows: Sequence[Row], known: int, reason: str | None) -> parts.States:
     failed = [row for row in rows if row.state == FAILED]
     undetermined = [row for row in rows if row.state in (DONE, KEPT) and not row.results["determined"]]
     messages = [f"{row.name}: exit code {row.exit_code}: {row.message}" for row in failed]
     messages += [f"{row.name}: not determined: {row.message}" for row in undetermined]
-    return States(
+    return parts.States(
         done=known, failed=len(failed), not_determined=len(undetermined),
         missing=sum(row.state == WAITING for row in rows), messages=tuple(messages[:10]), reason=reason,
     )  # fmt: skip
@@ -433,15 +426,17 @@ def _quantity(plan: Plan, values: NDArray[np.float64], errors: NDArray[np.float6
     inputs = [(entry.name, entry.distribution) for entry in plan.inputs]
     analysis = analyse(inputs, plan.points, values, seed=plan.seed, burst=plan.burst)
     own, _ = without_statistical_error(values[known], spread.statistical_error**2)
-    curve = Curve(level=_LEVELS, value=tuple(np.quantile(own, _LEVELS).tolist()))
+    curve = parts.Curve(level=_LEVELS, value=tuple(np.quantile(own, _LEVELS).tolist()))
     return {"spread": spread, "curve": curve, **analysis._asdict()}
 
 
 def _of_site(
     plan: Plan, values: Sequence[Mapping[str, Any]], number: int, name: str, nominal: float | None
-) -> SampledSiteQuantity | None:
+) -> parts.SampledSiteQuantity | None:
     sites = [one["exposed"][number] if one.get("exposed") else {} for one in values]
     found = _column(sites, name)
     if np.isfinite(found).sum() < _FEWEST:
         return None
-    return SampledSiteQuantity(nominal=nominal, **_quantity(plan, found, _column(sites, f"{name}_standard_error")))
+    return parts.SampledSiteQuantity(
+        nominal=nominal, **_quantity(plan, found, _column(sites, f"{name}_standard_error"))
+    )
