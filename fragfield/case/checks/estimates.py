@@ -402,8 +402,8 @@ def _of_hazard(case: CaseTable) -> Iterator[Fault]:
         yield Fault(
             "hazard.distance_cell",
             f"found {table.distance_cell:g} m with {table.sectors} sectors and a kernel of "
-            f"{problem.kernel_degrees(case):.3g} deg, which make {cells:.3g} cells of density; allowed: at most {_MOST_CELLS:.0e}: wider cells, fewer "
-            "sectors or a wider kernel",
+            f"{problem.kernel_degrees(case):.3g} deg, which make {cells:.3g} cells of density; allowed: at most "
+            f"{_MOST_CELLS:.0e}: wider cells, fewer sectors or a wider kernel",
         )
         return
     if case.round:
