@@ -17,17 +17,17 @@ from fragfield.case.schema import CaseTable
 from fragfield.case.write import to_toml
 from fragfield.errors import InputError, nearest
 from fragfield.files.run_directory import STAGES, RunDirectory
-from fragfield.version import __version__
 from fragfield_base.ambient import surroundings
 from fragfield_base.arrays import text_of
 from fragfield_base.hdf5_files import reading
+from fragfield_base.version import __version__
 
 if TYPE_CHECKING:
     import h5py
 
 
 _LIBRARIES = (
-    "numpy scipy numba h5py dolfinx petsc4py mpi4py mpich gmsh meshio pyvista vtk matplotlib pydantic geographiclib"
+    "numpy scipy numba h5py dolfinx petsc4py mpi4py mpich gmsh meshio matplotlib pydantic geographiclib"
 )
 _MAKERS = {"dolfinx": ("fenics-dolfinx", "dolfinx-solver-real")}  # PyPI's wheel is named by its maker
 

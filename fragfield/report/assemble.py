@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import base64
 import json
-import subprocess
-from contextlib import contextmanager, nullcontext
 from dataclasses import asdict, dataclass, replace
 from datetime import UTC, datetime
 from functools import cache
@@ -15,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from markupsafe import Markup, escape
 
 from fragfield.case.conversion.surroundings import direction_words
-from fragfield.errors import EXIT_INPUT, InputError
+from fragfield.errors import InputError
 from fragfield.hazard.site_map import COLORS, KINDS, VERDICTS, extent_of
 from fragfield.hazard.to_apply import USES
 from fragfield.hazard.verdict import criterion_words, part_text
@@ -25,14 +23,11 @@ from fragfield.report.figures.site import north_of, site_shapes
 from fragfield.report.sections import SECTIONS, STUDY, Section, digest_of
 from fragfield.results.run import StoredRun
 from fragfield.results.words import margin_metres, rounded_metres, whole_metres
-from fragfield.version import __version__
-from fragfield.view import picture_fault
-from fragfield_base.ambient import start_function
+from fragfield_base.version import __version__
 from fragfield_base.writing import write_files, write_text
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping, Sequence
-    from contextlib import AbstractContextManager
+    from collections.abc import Mapping, Sequence
 
     from jinja2 import Environment
 
@@ -40,22 +35,6 @@ if TYPE_CHECKING:
     from fragfield.results.uncertainty import UncertaintyResult
 
 
-_PICTURES = {
-    "picture_of_fragments": (
-        "Fragment cloud",
-        (
-            "Fragments 100 µs after {when}, drag neglected, coloured by initial speed. Spheres stand for the mass, not "
-            "to scale; shapes are not known."
-        ),
-    ),
-    "picture_of_burst": (
-        "Section of the burst",
-        (
-            "Section through the axis halfway and at the end, viewed along +y, coloured by speed: light is fast, dark "
-            "is slow. The thin line is the outline of the casing."
-        ),
-    ),
-}
 _LONGEST_NUMBER = 18  # characters of a cell: "1,017.4 ± 4.0", "12,345 – 23,456"
 
 
@@ -64,16 +43,14 @@ class _Illustration:
     name: str
     title: str
     caption: str
-    image: str = ""
-    missing: str = ""
+    image: str
     count: int = 0
 
 
-def write_report(run_dir: Path | str, path: Path | str | None = None, *, pictures: bool = True) -> Path:
+def write_report(run_dir: Path | str, path: Path | str | None = None) -> Path:
     """Write the report of a run, whole or in part, and its map where there is one; the page opens offline.
 
-    `path`: left out, `report.html` in the run directory; figures go to `figures` beside it. `pictures`: of burst and
-    fragments by VTK; where it cannot draw the report says so and goes on.
+    `path`: left out, `report.html` in the run directory; figures go to `figures` beside it.
 
     Raises InputError: no run directory, a damaged file in it (nothing is written then), or no right to write.
     """
@@ -82,7 +59,7 @@ def write_report(run_dir: Path | str, path: Path | str | None = None, *, picture
     _ = run.summary, run.values, run.study, run.snapshot, run.launched, run.landed, run.ensemble
     target = Path(path) if path is not None else run.path / "report.html"
     names = [name for name in FIGURES if not name.startswith("uncertainty_") or run.study]
-    written = _write(run, target, SECTIONS, names, pictures=pictures)
+    written = _write(run, target, SECTIONS, names)
     _write_map(run, target.with_name("map.html"), written)
     return target
 
@@ -92,14 +69,14 @@ def write_uncertainty_page(folder: Path, run_directory: Path, found: Uncertainty
     run = StoredRun(run_directory)
     run.study = found
     target = folder / "uncertainty.html"
-    _write(run, target, STUDY, [name for name in FIGURES if name.startswith("uncertainty_")], pictures=False)
+    _write(run, target, STUDY, [name for name in FIGURES if name.startswith("uncertainty_")])
     return target
 
 
-def _write(run: StoredRun, target: Path, sections: Sequence[Section], names: Sequence[str], *, pictures: bool) -> str:
+def _write(run: StoredRun, target: Path, sections: Sequence[Section], names: Sequence[str]) -> str:
     written = datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC")
     try:
-        drawn = _draw(run, target.parent / "figures", names, pictures=pictures)
+        drawn = _draw(run, target.parent / "figures", names)
         page = _render(run, sections, drawn, written)
     except OSError as error:
         raise InputError(f"{target}: the report cannot be written ({error.strerror or error})") from error
@@ -107,52 +84,15 @@ def _write(run: StoredRun, target: Path, sections: Sequence[Section], names: Seq
     return written
 
 
-def _draw(run: StoredRun, folder: Path, names: Sequence[str], *, pictures: bool) -> dict[str, _Illustration]:
+def _draw(run: StoredRun, folder: Path, names: Sequence[str]) -> dict[str, _Illustration]:
     folder.mkdir(parents=True, exist_ok=True)
-    drawing: AbstractContextManager[Callable[[], str]] = _pictures(run, folder) if pictures else nullcontext(lambda: "")
-    found = {}
-    with drawing as finish:
-        files = {name: svg for name in names if (svg := FIGURES[name].svg(run)) is not None}
-        write_files({folder / f"{name}.svg": svg for name, svg in files.items()}, InputError)
-        for name, svg in files.items():
-            found[name] = _Illustration(name, *FIGURES[name].words(run), image=_uri(svg, "svg+xml"))
-        fault = finish()
-    data = {"picture_of_fragments": run.launched, "picture_of_burst": run.snapshot} if pictures else {}
-    when = "launch" if run.fragments_file is not None else "the end of the burst"
-    for name in (name for name, there in data.items() if there is not None):
-        title, caption = _PICTURES[name]
-        image = "" if fault else _uri((folder / f"{name}.png").read_bytes(), "png")
-        found[name] = _Illustration(name, title, caption.format(when=when), image, fault)
-    return found
+    files = {name: svg for name in names if (svg := FIGURES[name].svg(run)) is not None}
+    write_files({folder / f"{name}.svg": svg for name, svg in files.items()}, InputError)
+    return {name: _Illustration(name, *FIGURES[name].words(run), image=_uri(svg)) for name, svg in files.items()}
 
 
-@contextmanager
-def _pictures(run: StoredRun, folder: Path) -> Iterator[Callable[[], str]]:
-    """Have the pictures drawn beside, where a driver that ends VTK's process does not end this one.
-
-    Gives a function that waits for them and returns why there are none, or nothing.
-    """
-    if fault := picture_fault():
-        yield lambda: fault
-        return
-    paths = (str(run.path.absolute()), str(folder.absolute()))
-    with start_function("fragfield.view", "draw_beside", *paths, stderr=subprocess.PIPE) as process:
-
-        def finish() -> str:
-            words = process.communicate()[1].decode(errors="replace").strip().splitlines()
-            said = [f"exit code {process.returncode}", *words]
-            if process.returncode == EXIT_INPUT:
-                raise InputError(said[-1])
-            return f"VTK fails to draw without a window here ({said[-1]})" if process.returncode else ""
-
-        try:
-            yield finish
-        finally:
-            process.kill()
-
-
-def _uri(data: bytes, kind: str) -> str:
-    return f"data:image/{kind};base64,{base64.b64encode(data).decode('ascii')}"
+def _uri(svg: bytes) -> str:
+    return f"data:image/svg+xml;base64,{base64.b64encode(svg).decode('ascii')}"
 
 
 def _render(run: StoredRun, sections: Sequence[Section], drawn: Mapping[str, _Illustration], written: str) -> str:

@@ -196,7 +196,7 @@ def test_map_page_pans_and_zooms_without_a_network(flown, tmp_path, size):
     assert found["wide"] <= 0
 
 
-def test_places_of_an_undetermined_hazard_have_no_verdict(tmp_path, quick_report):
+def test_places_of_an_undetermined_hazard_have_no_verdict(tmp_path, without_figures):
     text = CASE + '[flight]\ntime_limit = "0.2 s"\n'
     (tmp_path / "case.toml").write_text(text, encoding="utf-8")
     cloud(300, seed=8).write(tmp_path / "fragments.csv")

@@ -73,7 +73,7 @@ def test_every_file_carries_case_versions_seed_and_program(whole_run, short_case
 
 
 @pytest.mark.dolfinx
-def test_stages_alone_give_what_the_run_gave(whole_run, run_copy, quick_report):
+def test_stages_alone_give_what_the_run_gave(whole_run, run_copy, without_figures):
     names = {
         "break-up": ["fragments.h5", "ensemble_fragments.h5"],
         "fly": ["hits.h5", "landing.h5", "ensemble.h5"],
@@ -125,7 +125,7 @@ def test_an_ensemble_is_flown_and_its_first_realisation_is_that_of_the_files(who
 
 @pytest.mark.dolfinx
 def test_a_report_has_number_and_names_of_the_case_file_and_the_digest_of_its_numbers(
-    run_copy, short_case, quick_report
+    run_copy, short_case, without_figures
 ):
     """Without computing again what they do not bear on; another cell size belongs to another run."""
     case = run_copy.parent / "signed.toml"

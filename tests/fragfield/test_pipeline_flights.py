@@ -108,7 +108,7 @@ height = "9 m"
     ],
 )
 def test_a_distance_that_is_not_determined_ends_with_exit_code_3_after_all_output(
-    case, rows, words, tmp_path, quick_report
+    case, rows, words, tmp_path, without_figures
 ):
     done, out = _fly(tmp_path, rows, case + SITE)
     assert done.exit_code == 3, done.stderr

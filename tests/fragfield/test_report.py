@@ -150,10 +150,11 @@ def test_missing_stages_are_said(tmp_path, stages, missing):
 @pytest.mark.parametrize("stages", [0, 1, 2])
 def test_figures_without_data_are_left_out(tmp_path, stages):
     of_stage = {"density_curve": 3, "landing_map": 3, "polar_by_sector": 3, "number_by_mass": 2, "directions": 2,
-                "speed_along_round": 1, "casing_over_time": 1, "energy_ledger": 1}  # fmt: skip
-    write_report(write_run(tmp_path / "run", stages=stages), pictures=False)
+                "picture_of_fragments": 2,
+                "speed_along_round": 1, "casing_over_time": 1, "picture_of_burst": 1, "energy_ledger": 1}  # fmt: skip
+    write_report(write_run(tmp_path / "run", stages=stages))
     drawn = {path.stem for path in (tmp_path / "run" / "figures").iterdir()}
-    assert drawn == {name for name in SHOWN if of_stage.get(name, 0) <= stages and not name.startswith("picture")}
+    assert drawn == {name for name in SHOWN if of_stage.get(name, 0) <= stages}
 
 
 def test_flight_of_fragments_from_elsewhere(tmp_path):
@@ -202,7 +203,7 @@ def test_numbers_are_written_for_readers_and_words_without_marks(page):
 def test_report_may_be_written_elsewhere_and_figures_repeat(tmp_path):
     folder = write_run(tmp_path / "run", stages=1)
     (tmp_path / "out").mkdir()
-    assert write_report(folder, tmp_path / "out" / "report.html", pictures=False) == tmp_path / "out" / "report.html"
+    assert write_report(folder, tmp_path / "out" / "report.html") == tmp_path / "out" / "report.html"
     assert not (folder / "report.html").exists()
     again = FIGURES["speed_along_round"].svg(Run(folder))
     assert (tmp_path / "out" / "figures" / "speed_along_round.svg").read_bytes() == again

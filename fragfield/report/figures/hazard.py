@@ -30,6 +30,8 @@ _BESIDE = 1.6  # of the largest distance that the curve marks, up to which it is
     "Landing points of the fragments of the first realisation, seen from above, y upwards.",
 )  # fmt: skip
 def _landing_map(run: StoredRun) -> Figure | None:
+    from matplotlib.ticker import MaxNLocator
+
     rows, limit = run.landed, run.criteria.energy
     if not len(rows):
         return None
@@ -46,8 +48,9 @@ def _landing_map(run: StoredRun) -> Figure | None:
         linewidths=0.25, marker="D", rasterized=True, label=f"{limit:.3g} J or more",
     )  # fmt: skip
     reach = float(distance.max()) * 1.04
-    for radius in _ring_radii(reach):
-        _ring(axis, radius, color="#5d6670", dashes=":", label=f"{radius:g} m", angle=45.0)
+    for radius in MaxNLocator(nbins=5, steps=[1, 2, 5, 10]).tick_values(0, reach):
+        if 0 < radius < reach:
+            _ring(axis, radius, color="#5d6670", dashes=":", label=f"{radius:g} m", angle=45.0)
     if recommended := run.summary.hazard.recommended if run.summary.hazard else None:
         reach = max(reach, 1.04 * recommended)
         _ring(axis, recommended, color=ACCENT, dashes="-", label=f"recommended {metres(recommended)}", angle=290.0)
@@ -69,12 +72,6 @@ def _outline(axis: Axes, run: StoredRun) -> None:
     turn = np.radians(_closed(expected.azimuth))
     label = f"{'upper bound' if bounded else 'expected'} by direction"
     axis.plot(reach * np.cos(turn), reach * np.sin(turn), label=label, zorder=3, **{**LINES[1], "linewidth": 1.3})
-
-
-def _ring_radii(reach: float) -> list[float]:
-    from matplotlib.ticker import MaxNLocator
-
-    return [float(tick) for tick in MaxNLocator(nbins=5, steps=[1, 2, 5, 10]).tick_values(0, reach) if 0 < tick < reach]
 
 
 def _ring(axis: Axes, radius: float, *, color: str, dashes: str, label: str, angle: float) -> None:
