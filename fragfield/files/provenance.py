@@ -26,9 +26,7 @@ if TYPE_CHECKING:
     import h5py
 
 
-_LIBRARIES = (
-    "numpy scipy numba h5py dolfinx petsc4py mpi4py mpich gmsh meshio matplotlib pydantic geographiclib"
-)
+_LIBRARIES = "numpy scipy numba h5py dolfinx petsc4py mpi4py mpich gmsh meshio matplotlib pydantic geographiclib"
 _MAKERS = {"dolfinx": ("fenics-dolfinx", "dolfinx-solver-real")}  # PyPI's wheel is named by its maker
 
 
