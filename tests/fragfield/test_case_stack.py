@@ -23,7 +23,6 @@ from fragfield.errors import InputError
 
 ROUND = {"name": "shell", "profile": "m107", "explosive": "comp_b", "casing": "steel_m107"}
 SHOCK = {"pressure": "5 GPa", "duration": "0.2 us"}
-PAIR = {"arrangement": "row", "count": 2, "gap": "1 mm"}
 WIDTH, LENGTH = 0.155, 0.6039
 
 
@@ -240,9 +239,6 @@ def test_planes_reach_the_burst():
         plane=[{"name": "slope", "kind": "ground", "normal": [-0.1, 0.2, 3], "point": ["0 m", "0 m", "-1 m"]}]
     )
     assert math.hypot(*tilted.plane[0].normal) == pytest.approx(1.0, abs=1e-15)
-
-
-SYMMETRY = {"name": "mid", "kind": "symmetry", "normal": [1, 0, 0]}
 
 
 def test_upright_rounds_stand_on_the_ground_and_lying_ones_just_above_it():

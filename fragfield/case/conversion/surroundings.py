@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -112,11 +111,6 @@ def bearing_of(case: CaseTable, azimuth: float | None) -> float | None:
     """Bearing (degrees clockwise from north) of an azimuth (degrees from +x); None without [site] or an azimuth."""
     site = site_of(case)
     return None if site is None or azimuth is None else float(site.bearing_of(azimuth))
-
-
-def with_bearing(case: CaseTable, entry: Mapping[str, Any]) -> dict[str, Any]:
-    """An entry of summary.json with its bearing after its azimuth."""
-    return {**entry, "bearing_deg": bearing_of(case, entry["azimuth_deg"])}
 
 
 def wind_words(case: CaseTable) -> str:
