@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fragfield.case.conversion.surroundings import bearing_of, direction_words
-from fragfield.hazard.certainty import metres
 from fragfield.report.figures.drawing import ACCENT, COLOURS, GREY, INK, LINES, figure, new_figure
+from fragfield.results.words import metres
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
