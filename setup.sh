@@ -11,7 +11,7 @@ set -eu
 supported_dolfinx="0.5 0.9 0.10 0.11"
 extras="app,terrain,tables,drawings,test,lint,docs"
 apt_packages="python3-dolfinx-real python3-h5py python3-h5py-mpi python3-rasterio python3-pyproj proj-bin python3-venv openmpi-bin
-ca-certificates gcc libc6-dev libegl1 libgl1 libglu1-mesa libxrender1 libxcursor1 libxfixes3 libxft2 libfontconfig1 libxinerama1"
+ca-certificates gcc libc6-dev libgl1 libglu1-mesa libxrender1 libxcursor1 libxfixes3 libxft2 libfontconfig1 libxinerama1"
 
 say() { printf 'setup: %s\n' "$*"; }
 
@@ -156,7 +156,7 @@ set_up() {
     # shellcheck disable=SC2086  # a list of names
     if [ "$origin" = debian ]; then install_debian_packages $missing; fi
     check_dolfinx
-    stamp="$root $python $versions $(cat setup.sh pyproject.toml flight/pyproject.toml constraints/*.txt | cksum)"
+    stamp="$root $python $versions $(cat setup.sh dependencies.txt pyproject.toml flight/pyproject.toml constraints/*.txt | cksum)"
     if [ "$(cat "$venv/.stamp" 2>/dev/null)" = "$stamp" ]; then return 0; fi
     say "dolfinx ${versions% *} of $python, Python ${versions#* }"
     [ -w "$root" ] || refuse "$root is not writable, and .venv is missing or out of date there." \
@@ -171,7 +171,7 @@ set_up() {
         "pip could not install the Python packages; its reason stands above." \
         "No network? pip needs https://pypi.org or a mirror (PIP_INDEX_URL); behind a proxy set https_proxy." \
         "Certificates? PIP_CERT names the file to trust. Disk full? About 2 GB are needed here."
-    (cd "$venv" && bin/python -c 'from burst_fenicsx import compat; import gmsh, meshio, pyvista, vtk, flight, fragfield') || refuse \
+    (cd "$venv" && bin/python -c 'from burst_fenicsx import compat; import gmsh, meshio, flight, fragfield') || refuse \
         "the packages do not load together; Python's reason stands above." \
         "No h5py? It must share dolfinx's HDF5: conda install -c conda-forge h5py; elsewhere CC=mpicc pip install --no-binary h5py h5py" \
         "Does a folder in PYTHONPATH or ~/.local hold other versions (h5py, numpy)? Remove them there, or set PYTHONNOUSERSITE=1." \

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import runpy
 import shutil
 from pathlib import Path
 
@@ -23,6 +24,7 @@ class SourceArchive(sdist):
 
 base = INSIDE if INSIDE.exists() else BESIDE
 setup(
+    version=runpy.run_path(str(base / "version.py"))["__version__"],
     script_name="setup.py",  # which is then no module of flight
     package_dir={"flight": ".", "fragfield_base": str(base)},
     cmdclass={"sdist": SourceArchive},

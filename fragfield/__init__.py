@@ -22,8 +22,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from fragfield.version import __version__
 from fragfield_base.lazy_names import lazy_names
+from fragfield_base.version import __version__
 
 if TYPE_CHECKING:
     from fragfield.errors import NotDeterminedError

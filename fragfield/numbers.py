@@ -4,11 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    pass
-
 
 UNKNOWN = "not computed"
 SPACE, NARROW_SPACE = "\u00a0", "\u202f"
@@ -96,7 +91,7 @@ def row(
 
 
 def _powers(text: str) -> str:
-    return text.replace("^2", "²").replace("^3", "³")
+    return text.replace("^", "").replace("m2", "m²").replace("m3", "m³")
 
 
 def _practical(value: float, unit: str) -> tuple[float, str]:

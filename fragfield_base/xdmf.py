@@ -1,4 +1,4 @@
-"""XDMF files with a checksum, checked before VTK reads them, because VTK trusts the sizes they declare."""
+"""XDMF files with a checksum, and where they keep the arrays of each time."""
 
 from __future__ import annotations
 
@@ -24,10 +24,11 @@ def stamped_xdmf(text: str) -> str:
     return f"{text}<!-- checksum of the above: {_digest(text)} -->\n"
 
 
-def check_xdmf(path: Path, error: type[Exception], advice: str = "") -> None:
-    """Refuse an XDMF file that is damaged, or that takes data from others than its own HDF5 files.
+def times_of_xdmf(path: Path, error: type[Exception], advice: str = "") -> dict[float, dict[str, str]]:
+    """By time (s) where its arrays are, as FILE:DATASET, by the last part of the dataset's name.
 
-    Its own are the one of its name, and those in the folder of its name.
+    Raises `error`: the file is damaged, takes data from others than its own HDF5 files, which are the one of its name
+    and those in the folder of its name, or one of these lacks an array or has it in another shape.
     """
     end = f"; {advice}" if advice else ""
     text = read_text(path, error, most=_MOST, advice=advice)
@@ -37,19 +38,27 @@ def check_xdmf(path: Path, error: type[Exception], advice: str = "") -> None:
     if "<!DOCTYPE" in text or "<!ENTITY" in text:
         raise error(f"{path}: declares entities, which are not read{end}")
     try:
-        items = [(item.text or "", item.get("Dimensions", "")) for item in ET.fromstring(text).iter("DataItem")]
+        root = ET.fromstring(text)
     except ET.ParseError as fault:
         raise error(f"{path}: cut off, or not XML ({fault}){end}") from None
+    items = [((item.text or "").strip(), item.get("Dimensions", "")) for item in root.iter("DataItem")]
     own = re.compile(rf"{re.escape(path.stem)}(/[0-9]+)?\.h5:/")
-    if other := next((position.strip() for position, _ in items if not own.match(position.strip())), None):
+    if other := next((position for position, _ in items if not own.match(position)), None):
         raise error(
             f"{path}: takes data from {other[:60]!r}; allowed: {path.stem}.h5:/, {path.stem}/0000.h5:/ ...{end}"
         )
-    _check_shapes(path, {(position.strip(), size) for position, size in items}, error, advice)
+    _check_shapes(path, set(items), error, advice)
+    return {
+        float(time.get("Value", "nan")): {
+            position.rpartition("/")[2]: position
+            for position in ((item.text or "").strip() for item in grid.iter("DataItem"))
+        }
+        for grid in root.iter("Grid") if (time := grid.find("Time")) is not None
+    }  # fmt: skip
 
 
 def _check_shapes(path: Path, items: set[tuple[str, str]], error: type[Exception], advice: str) -> None:
-    """Refuse HDF5 files that lack an array, or have it in another shape: VTK would read beyond its end."""
+    """Refuse HDF5 files that lack an array, or have it in another shape."""
     wanted: dict[str, list[tuple[str, str]]] = {}
     for position, size in sorted(items):
         name, _, dataset = position.partition(":")

@@ -30,7 +30,7 @@ from fragfield.cli import app
 from fragfield_base.substances import is_substance
 from tests.fragfield.drawn_shells import write_dxf
 from tests.fragfield.maps import metres, north_up, slope, write
-from tests.fragfield.plain_reports import draw_nothing
+from tests.fragfield.plain_reports import leave_out_figures
 from tests.fragfield.short_run import invoke
 from tests.test_snippets import write_cookbook_test
 
@@ -333,7 +333,7 @@ def test_the_words_of_the_first_page_s_picture_are_those_of_today():
 def test_the_numbers_of_the_first_page_s_picture_are_those_of_today(tmp_path, monkeypatch):
     from docs.hooks.first_page import CASE, stored
 
-    draw_nothing(monkeypatch)
+    leave_out_figures(monkeypatch)
     found, shown = fragfield.run(CASE, out=tmp_path / "run", progress=False).summary, stored()
     for part in ("expected", "randomness", "grid"):
         assert getattr(found.hazard.parts, part) == pytest.approx(shown["hazard"]["parts"][part], abs=0.3)

@@ -39,7 +39,7 @@ class Machine:
         self.project.mkdir()
         self.tools.mkdir()
         (self.project / "flight").mkdir()
-        for name in ("setup.sh", "pyproject.toml", "flight/pyproject.toml"):
+        for name in ("setup.sh", "dependencies.txt", "pyproject.toml", "flight/pyproject.toml"):
             shutil.copy(ROOT / name, self.project / name)
         shutil.copytree(ROOT / "constraints", self.project / "constraints")
         for name in [*HARMLESS, "cp", "mkdir"]:
@@ -123,10 +123,10 @@ def test_other_releases_are_refused_with_conda_and_docker_as_cure(machine: Machi
     ("tools", "words"),
     [
         (
-            {"dpkg-query": 'case "$*" in *libegl1*) exit 1 ;; *) printf installed ;; esac', "id": "echo 1000"},
+            {"dpkg-query": 'case "$*" in *libgl1) exit 1 ;; *) printf installed ;; esac', "id": "echo 1000"},
             (
                 "not root, and sudo is not there or did not let you in",
-                "apt-get install --no-install-recommends libegl1 then call again",
+                "apt-get install --no-install-recommends libgl1 then call again",
             ),
         ),
         (
@@ -147,12 +147,12 @@ def test_what_is_in_the_way_of_missing_packages_is_seen_before_apt(
 
 
 def test_apt_is_asked_for_the_missing_packages_only(machine: Machine) -> None:
-    machine.tool("dpkg-query", 'case "$*" in *libegl1* | *openmpi-bin*) exit 1 ;; *) printf installed ;; esac')
+    machine.tool("dpkg-query", 'case "$*" in *libgl1 | *openmpi-bin*) exit 1 ;; *) printf installed ;; esac')
     machine.tool("apt-get", 'echo "$*" >>"${0%/*}/../apt-calls"; case "$*" in *install*) exit 100 ;; esac')
     machine.refusal()
     update, install = machine.apt_calls
     assert update.endswith("update")
-    assert install.endswith("--no-install-recommends openmpi-bin libegl1")
+    assert install.endswith("--no-install-recommends openmpi-bin libgl1")
 
 
 def test_a_python_that_is_named_and_has_no_dolfinx_is_refused(machine: Machine) -> None:

@@ -71,7 +71,7 @@ def archives(tmp_path_factory):
     folder, copy = tmp_path_factory.mktemp("archives"), tmp_path_factory.mktemp("sources")
     for name in (*PACKAGES, "tests"):
         shutil.copytree(ROOT / name, copy / name, ignore=shutil.ignore_patterns("__pycache__", "*.egg-info"))
-    for name in ("pyproject.toml", "README.md", "LICENSE", "MANIFEST.in"):
+    for name in ("pyproject.toml", "README.md", "LICENSE", "MANIFEST.in", "setup.py", "dependencies.txt"):
         shutil.copy(ROOT / name, copy)
     python = new_environment(tmp_path_factory.mktemp("build") / "venv")
     pip("install", "--quiet", *PROJECT["build-system"]["requires"], python=python, cwd=copy)
@@ -150,6 +150,8 @@ def test_both_have_one_version_a_licence_and_their_extras(wheels):
         source = ROOT / ("flight" if name == "fragfield-flight" else ".") / "pyproject.toml"
         project = tomllib.loads(source.read_text(encoding="utf-8"))["project"]
         assert fields["Version"] == fragfield.__version__
+        if name == "fragfield":
+            assert f"fragfield-flight=={fragfield.__version__}" in fields.get_all("Requires-Dist")
         assert set(fields.get_all("Provides-Extra")) == set(project["optional-dependencies"])
         with zipfile.ZipFile(path) as file:
             licence = next(entry for entry in file.namelist() if entry.endswith("/LICENSE"))

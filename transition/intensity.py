@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
 
 
-CURVES, POINTS = 16, 2**16
+CURVES, POINTS = 2, 2**16
 """Curves, and points of the casing along each of them: of about equal mass, or eight a ring where that is more."""
 SAMPLE_CURVES, SAMPLE_POINTS = 1, 2**13
 """The same of a sample of a study."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import copy
-import itertools
 import re
 import tomllib
 from contextlib import suppress
@@ -131,20 +130,11 @@ class CaseDocument:
         """Write the text into the file; raises InputError where another program has written it since it was read."""
         if self.changed_on_disk:
             raise InputError(
-                f"{self.name}: another program has changed the file since it was read; read it again, or keep your "
-                "changes as a new file"
+                f"{self.name}: another program has changed the file since it was read; read it again and "
+                "repeat the change"
             )
         write_text(self.path, self._text, InputError)
         self._saved, self.version = self._text, self.version + 1
-
-    def write_copy(self) -> str:
-        """Write the text into a new file beside the case, and take the case as it stands on disk; name of the copy."""
-        stem = re.sub(r"_\d+$", "", self.path.stem)
-        copies = (self.path.with_name(f"{stem}_{number}.toml") for number in itertools.count(2))
-        path = next(one for one in copies if not one.exists())
-        write_text(path, self._text, InputError)
-        self.reload()
-        return self.space.name_of(path)
 
     def reload(self) -> None:
         """Take the file as it stands on disk."""
@@ -263,13 +253,7 @@ def _as_item(value: object) -> Any:  # noqa: ANN401 - tomlkit's item
 
 
 class Session:
-    """State of the application that is in no file: unsaved changes, and the run that is computed.
-
-    Parameters
-    ----------
-    space : Workspace
-        The folder.
-    """
+    """State of the application that is in no file: unsaved changes, and the run that is computed."""
 
     def __init__(self, space: Workspace) -> None:
         self.space = space

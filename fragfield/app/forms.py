@@ -40,10 +40,9 @@ def form(
     without: Collection[str] = (),
     kind: str = "",
 ) -> None:
-    """Inputs for the fields of a table, sub-tables folded below them.
+    """Inputs for the fields of a table, which need not be there yet, sub-tables folded below them.
 
-    `page`: of the case; `path`: place of the table; it need not be there yet; `only`, `without`: fields to show alone,
-    or not to show; `kind`: of tables of several kinds, that one.
+    `only`, `without`: fields to show alone, or not to show; `kind`: of tables of several kinds, that one.
     """
     known = {one.name: one for one in fields_of(names_of(path), kind)}
     fields = [known[name] for name in (only or known) if name not in without]
@@ -129,18 +128,8 @@ def field_input(
 ) -> Element:
     """An input for one field; what is typed stands in the case at once.
 
-    Parameters
-    ----------
-    page : CasePage
-        Of the case.
-    path : tuple
-        Place of the field.
-    entry : Key, optional
-        Left out: as the schema has it.
-    choices : sequence of str
-        Names to choose from; others may be typed.
-    changed : callable, optional
-        Called after every change.
+    `entry`: left out, as the schema has it; `choices`: names to choose from, others may be typed; `changed`: called
+    after every change.
     """
     known = entry or next(one for one in fields_of(names_of(path[:-1])) if one.name == path[-1])
     value, texts = page.case.get(path), page.texts

@@ -88,11 +88,6 @@ def facts(rows: Iterable[Sequence[str]], heads: Sequence[str] = ()) -> str:
     return f'<div class="table-box"><table class="facts">{top}<tbody>{"".join(lines)}</tbody></table></div>'
 
 
-def shown_facts(rows: Iterable[Sequence[str]], heads: Sequence[str] = ()) -> None:
-    """A table in the page."""
-    html(facts(rows, heads))
-
-
 PAGES: dict[str, tuple[str, ...]] = {
     "start": (),
     "round": ("round", "official"),
@@ -116,19 +111,7 @@ def page_of(key: str) -> str:
 
 
 class CasePage:
-    """One page in one browser window: what it shows of a case, and its fields.
-
-    Parameters
-    ----------
-    session : Session
-        Of the application.
-    name : str
-        One of `PAGES`.
-    document : CaseDocument, optional
-        The case; the first page has none.
-    focus : str
-        Key of the field to go to.
-    """
+    """One page (of `PAGES`) in one browser window: what it shows of a case, and its fields; `focus` is a key of one."""
 
     def __init__(self, session: Session, name: str, document: CaseDocument | None, focus: str = "") -> None:
         self.session, self.name, self.document, self.focus = session, name, document, focus
@@ -224,19 +207,12 @@ class CasePage:
             with self._news:
                 note(texts("case.changed_on_disk"), "warning")
                 ui.button(texts("case.read_again"), on_click=self._drop_draft).props("dense flat")
-                act(texts("case.keep_copy"), "keep-copy", self._keep_copy, "dense flat")
             self._news.set_visibility(False)
             self._faults = box("faults").props("role=alert")
 
     def _save_case(self) -> None:
         if self.attempt(self.case.save):
             ui.notify(self.texts("case.saved", name=self.case.name), type="positive")
-
-    def _keep_copy(self) -> None:
-        made: list[str] = []
-        if self.attempt(lambda: made.append(self.case.write_copy())):
-            self.document = self.session.open(made[0])
-            ui.navigate.to(self.address(self.name))
 
     def _drop_draft(self) -> None:
         if self.attempt(self.case.reload):

@@ -146,6 +146,9 @@ def add_files(app: FastAPI, session: Session) -> None:
 
 _ANY = ("0.0.0.0", "::")
 _BROWSER, _WARM_UP = 0.3, 2.0  # s after the start
+_NEEDED_SOON = (
+    "fragfield.checking.check", "burst_fenicsx.symmetry", "burst_fenicsx.meshing", "fragfield.interface.results",
+)  # fmt: skip
 
 
 def serve(
@@ -154,21 +157,10 @@ def serve(
 ) -> None:  # fmt: skip
     """Show the pages until the command is interrupted.
 
-    Parameters
-    ----------
-    given : Path, optional
-        A case file, a run directory or a folder; left out: the working folder.
-    announce : callable
-        Given the address, before the server starts.
-    host, port : str, int
-        Address to listen at; port 0: a free one. Another host than this machine's is for containers.
-    browser : bool
-        Open the default browser.
+    `given`: a case file, a run directory or a folder; left out, the working folder. `announce` is given the address
+    before the server starts. Port 0 is a free one; another host than this machine's is for containers.
 
-    Raises
-    ------
-    InputError
-        There is no such file, NiceGUI is not installed, or the port is taken.
+    Raises InputError: there is no such file, NiceGUI is not installed, or the port is taken.
     """
     space, case, run = Workspace.of(given)
     try:
@@ -184,10 +176,10 @@ def serve(
     shown = "127.0.0.1" if host in _ANY else f"[{host}]" if ":" in host else host
     address = f"http://{shown}:{port}/{page}?{urlencode(query, quote_via=quote)}"
     session = Session(space)
-    app = application(session, token=token, port=port, hosts=() if _is_local(host) else ("*",))
+    app = application(session, token=token, port=port, hosts=() if host in _LOCAL or host == "::1" else ("*",))
     config = uvicorn.Config(app, log_level="error", access_log=False, ws_max_size=1 << 24, lifespan="on")
     announce(f"fragfield app: {space.folder}\n{address}\nCtrl-C ends it, and stops a run as Cancel does.")
-    later = [threading.Timer(_WARM_UP, _warm_up)]
+    later = [threading.Timer(_WARM_UP, lambda: [import_module(name) for name in _NEEDED_SOON])]
     if browser:
         later.append(threading.Timer(_BROWSER, webbrowser.open, (address,)))
     for timer in later:
@@ -200,13 +192,6 @@ def serve(
         listener.close()
         if session.job is not None:
             session.job.end()
-
-
-def _warm_up() -> None:
-    import_module("fragfield.checking.check")
-    import_module("burst_fenicsx.symmetry")
-    import_module("burst_fenicsx.meshing")
-    import_module("fragfield.interface.results")
 
 
 def application(session: Session, *, token: str, port: int, hosts: tuple[str, ...] = ()) -> FastAPI:
@@ -258,10 +243,6 @@ def _keep_faults(session: Session) -> None:
 
     pages.on_page_exception(on_page)
     pages.on_exception(in_event)
-
-
-def _is_local(host: str) -> bool:
-    return host in ("127.0.0.1", "localhost", "::1")
 
 
 def _listening(host: str, port: int) -> socket.socket:

@@ -142,21 +142,10 @@ _WITH_PROGRESS = ("run", "fly", "report")
 
 
 class Job:
-    """A run, or a part of one, that is computed or has ended.
+    """A run, or a part of one, that is computed or has ended: commands (words after `fragfield`), one after the other.
 
-    Parameters
-    ----------
-    space : Workspace
-        The folder; log and progress stand in its state, those of the job before are replaced.
-    title, run : str
-        What it computes, and the name of the run directory.
-    commands : sequence of sequences of str
-        Words after `fragfield`, of one command after the other; the next one begins when the one before ended with 0.
-
-    Raises
-    ------
-    InputError
-        The log cannot be written, or no process started.
+    Log and progress stand in the workspace's state, those of the job before are replaced. Raises InputError: the log
+    cannot be written, or no process started.
     """
 
     def __init__(self, space: Workspace, title: str, run: str, commands: Sequence[Sequence[str]]) -> None:

@@ -16,10 +16,10 @@ from typing import TYPE_CHECKING, Any
 from fragfield.case.write import to_toml
 from fragfield.errors import InputError, nearest
 from fragfield.files.run_directory import STAGES, RunDirectory
-from fragfield.version import __version__
 from fragfield_base.ambient import surroundings
 from fragfield_base.arrays import text_of
 from fragfield_base.hdf5_files import reading
+from fragfield_base.version import __version__
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -40,8 +40,6 @@ _DISTRIBUTIONS = {
     "mpich": "mpich",
     "gmsh": "gmsh",
     "meshio": "meshio",
-    "pyvista": "pyvista",
-    "vtk": "vtk",
     "matplotlib": "matplotlib",
     "pydantic": "pydantic",
     "geographiclib": "geographiclib",

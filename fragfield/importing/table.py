@@ -21,10 +21,10 @@ from fragfield.errors import InputError
 from fragfield.importing.columns import GROUPS, QUANTITIES, Columns
 from fragfield.importing.sheet import Guess, QuestionError, read_sheet
 from fragfield.interface.kinds import File, Kind, PathName
-from fragfield.version import __version__
 from fragfield_base.errors import names_allowed
 from fragfield_base.paths import absolute
 from fragfield_base.units import UnitError, read_measure
+from fragfield_base.version import __version__
 from fragfield_base.writing import write_bytes
 
 if TYPE_CHECKING:

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from transition.placement.mirroring import SymmetryPlane
 
 
-@dataclass(frozen=True, repr=False, kw_only=True)
+@dataclass(frozen=True, kw_only=True)
 class RoundTables:
     """One round at the end of the burst: what it is, and its tables as structured arrays (SI).
 
@@ -41,9 +41,6 @@ class RoundTables:
     segments: NDArray[Any]
     along: NDArray[Any]
     attributes: dict[str, Any]
-
-    def __repr__(self) -> str:
-        return f"<RoundTables {self.name!r}: {len(self.segments)} segments, {len(self.along)} stations>"
 
 
 @dataclass(frozen=True, repr=False, kw_only=True)
@@ -86,15 +83,6 @@ class Burst:
 
     def __repr__(self) -> str:
         return f"<fragfield.Burst to {self.time * 1e6:.4g} us: {self.summary.cells} cells>"
-
-    def __str__(self) -> str:
-        names = ", ".join(one.name for one in self.rounds)
-        found = self.summary
-        return (
-            f"burst of {names} to {self.time * 1e6:.4g} us: {found.cells} cells, {found.steps} steps\n"
-            f"  mean initial speed of the casing {found.mean_initial_speed:.0f} m/s, energy error "
-            f"{100.0 * found.energy_error:.2g} %"
-        )
 
 
 def read_burst(path: Path, summary: BurstPart | None) -> Burst:

@@ -160,9 +160,6 @@ class Case:
     def __repr__(self) -> str:
         return f"<fragfield.Case {self.title!r}: {_rounds(self.values)}>"
 
-    def __str__(self) -> str:
-        return "\n".join([self.title or "(no title)", *(f"  {name:8} {words}" for name, words in _lines(self.values))])
-
 
 def case_of(
     target: Case | str | os.PathLike[str],
@@ -196,21 +193,3 @@ def _rounds(case: Resolved) -> str:
     )
     words = [f"{number} x {shape} of {explosive} in {casing}" for (shape, explosive, casing), number in kinds.items()]
     return ", ".join(words) or "no rounds"
-
-
-def _lines(case: Resolved) -> list[tuple[str, str]]:
-    lines = [("rounds", _rounds(case))]
-    if case.burst is not None:
-        time = case.burst.end_time
-        end = "until the acceleration is complete" if time is None else f"{time * 1e6:g} us"
-        lines.append(("burst", f"cells of {case.burst.cell_size * 1e3:g} mm, {end}"))
-    ground = case.flight.ground
-    where = f"map {Path(ground.map).name}" if ground.map is not None else "flat ground"
-    lines.append(("flight", f"drag {case.flight.drag}, {where}"))
-    kinds: dict[str, Sequence[Any]] = {"witness": case.witness, "obstacle": case.obstacle, "exposed": case.exposed}
-    lines += [
-        (key, ", ".join(f"{one.name} ({one.kind})" for one in entries)) for key, entries in kinds.items() if entries
-    ]
-    hazard = case.hazard
-    lines.append(("hazard", f"{hazard.energy:g} J, 1 per {1.0 / hazard.density:.3g} m2, seed {case.seed}"))
-    return lines

@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from pandas import DataFrame
 
-    from flight.hazard.ensemble import EnsembleHazard
     from fragfield.report.findings import Finding
     from fragfield.results.hazard import DistanceParts, Hazard, WithoutRicochet
     from fragfield.results.rules import DistanceToApply
@@ -153,7 +152,30 @@ class HazardDistance:
         The part of the summary, with all of it.
     determined, reason : bool, str
         Whether there is a distance, and why not.
+    realisations : int
+        Events that were flown.
+    recommended : float
+        The recommended distance (m): the expected one and what is not known of it, added up.
+    parts : DistanceParts
+        Its parts (m), the expected distance and half-widths; of one that is None `not_included` says why.
+    expected, upper, standard_error : float
+        Distance (m) at which the expected density of hazardous fragments falls through the acceptable one, its
+        one-sided 95 % upper bound and its standard error; the latter two None for a single realisation.
+    without_ricochet : WithoutRicochet
+        The same distances of the same flights up to the first impact.
+    direction, bearing : float
+        Worst direction: azimuth (degrees from +x), None over all azimuths, and bearing, None without [site] too.
     """
+
+    recommended: float
+    parts: DistanceParts
+    not_included: dict[str, str]
+    expected: float
+    upper: float | None
+    standard_error: float | None
+    without_ricochet: WithoutRicochet
+    direction: float | None
+    bearing: float | None
 
     def __init__(self, summary: Summary, directory: Path) -> None:
         if summary.hazard is None or summary.distance_to_apply is None:
@@ -162,72 +184,14 @@ class HazardDistance:
         self.to_apply: DistanceToApply = summary.distance_to_apply
         self.summary: Hazard = summary.hazard
         self.determined, self.reason = self.summary.determined, self.summary.reason
+        self.realisations = self.summary.realisations
 
-    @property
-    def recommended(self) -> float:
-        """The recommended distance (m): the expected one and what is not known of it, added up."""
-        return self._known.recommended or 0.0
-
-    @property
-    def parts(self) -> DistanceParts:
-        """Its parts (m), the expected distance and half-widths; of one that is None `not_included` says why."""
-        return self._known.parts
-
-    @property
-    def not_included(self) -> dict[str, str]:
-        """Parts that the recommended distance does not include, and why."""
-        return self._known.not_included
-
-    @property
-    def expected(self) -> float:
-        """Distance (m) at which the expected density of hazardous fragments falls through the acceptable one."""
-        return self._known.expected or 0.0
-
-    @property
-    def upper(self) -> float | None:
-        """Its one-sided 95 % upper bound (m), by points or over realisations; None for a single realisation."""
-        return self._known.upper
-
-    @property
-    def standard_error(self) -> float | None:
-        """Standard error of the expected distance (m); None for a single realisation."""
-        return self._known.standard_error
-
-    @property
-    def without_ricochet(self) -> WithoutRicochet:
-        """The same distances of the same flights up to the first impact."""
-        return self._known.without_ricochet
-
-    @property
-    def direction(self) -> float | None:
-        """Azimuth of the worst direction (degrees from +x); None where the distance is of all azimuths."""
-        return self._known.direction_deg
-
-    @property
-    def bearing(self) -> float | None:
-        """Bearing of the worst direction (degrees from north, clockwise); None without [site] too."""
-        return self._known.bearing_deg
-
-    @property
-    def realisations(self) -> int:
-        """Events that were flown."""
-        return self.summary.realisations
-
-    @cached_property
-    def ensemble(self) -> EnsembleHazard:
-        """Densities and distances by realisation, azimuth and distance, from ensemble.h5."""
-        from flight.files.ensemble import read_ensemble
-
-        path = self._directory / "ensemble.h5"
-        if not path.is_file():
-            raise InputError(f"{path}: no such file; run `fragfield fly` first")
-        return read_ensemble(path)[0]
-
-    @property
-    def _known(self) -> Hazard:
+    def __getattr__(self, name: str) -> object:
+        if name not in HazardDistance.__annotations__:
+            raise AttributeError(f"HazardDistance has no {name}")
         if not self.determined:
             raise NotDeterminedError(f"{self._directory}: the distance is not determined: {self.reason}")
-        return self.summary
+        return getattr(self.summary, f"{name}_deg" if name in ("direction", "bearing") else name)
 
     def __repr__(self) -> str:
         if not self.determined:

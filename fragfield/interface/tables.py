@@ -7,7 +7,7 @@ site, the bearing stands beside every azimuth.
 from __future__ import annotations
 
 import datetime as dt
-import math
+from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -151,59 +151,42 @@ _MOST_ROWS = 1_048_576 - 1  # of a sheet, below the names
 def write_workbook(
     path: Path, run_directory: Path, title: str, summary: Summary, tables: Mapping[str, DataFrame]
 ) -> Path:
-    """Write every table of a run as a sheet of one workbook; returns its path.
+    """Write every table of a run (by its name) as a sheet of one workbook, after what they are; returns its path.
 
-    Parameters
-    ----------
-    path : Path
-        The workbook.
-    run_directory : Path
-        The run's, whose files have its provenance.
-    title : str
-        Of its case.
-    summary : Summary
-        Its results.
-    tables : mapping
-        Its tables by name.
-
-    Raises
-    ------
-    InputError
-        Another ending than .xlsx, openpyxl is not installed, or the file cannot be written.
+    Raises InputError: another ending than .xlsx, openpyxl is not installed, or the file cannot be written.
     """
     if path.suffix.lower() != ".xlsx":
         raise InputError(f"{path}: tables are written as .xlsx; name it so")
-    try:
-        from openpyxl import Workbook
-    except ModuleNotFoundError:
-        raise InputError(
-            f"{path}: XLSX needs openpyxl, which is not installed: pip install fragfield[tables]"
-        ) from None
-    book = Workbook(write_only=True)
-    front = book.create_sheet("about")
-    front.column_dimensions["A"].width, front.column_dimensions["B"].width = 24, 90
+    if find_spec("openpyxl") is None:
+        raise InputError(f"{path}: XLSX needs openpyxl, which is not installed: pip install fragfield[tables]")
     if not tables:
         raise InputError(f"{run_directory}: holds no table yet; run a stage first")
-    for row in _about(run_directory, title, tables):
-        front.append(row)
-    results = book.create_sheet("summary")
-    for row in _summary_rows(summary):
-        results.append(row)
-    for name, table in tables.items():
-        sheet = book.create_sheet(name)
-        sheet.freeze_panes = "A2"
-        sheet.append(list(table.columns))
-        for row in _rows(table):
-            sheet.append(row)
-    with replacing(path, InputError) as file:
-        book.save(file)
+    from pandas import DataFrame, ExcelWriter
+
+    listed = (one for one in QUANTITIES.values() if "[]" not in one.path and not one.path.startswith("case"))
+    rows = [(one.path, one.of(summary), one.unit, one.label) for one in listed]
+    results = [row for row in rows if isinstance(row[1], str | int | float)]
+    sheets = {
+        "about": DataFrame(_about(run_directory, title, tables), columns=list("abcd")),
+        "summary": DataFrame(results, columns=["key", "value", "unit", "meaning"], dtype=object),
+        **{name: table.head(_MOST_ROWS) for name, table in tables.items()},
+    }
+    with replacing(path, InputError) as file, ExcelWriter(file, engine="openpyxl") as book:
+        for name, sheet in sheets.items():
+            texts = {key: column.map(_harmless) for key, column in sheet.items() if column.dtype.kind not in "iufb"}
+            head = name != "about"
+            sheet.assign(**texts).to_excel(book, sheet_name=name, index=False, header=head, freeze_panes=(int(head), 0))
     return path
+
+
+def _harmless(value: object) -> object:
+    return harmless(value) if isinstance(value, str) else value
 
 
 def _about(run_directory: Path, title: str, tables: Mapping[str, DataFrame]) -> Iterator[list[Any]]:
     """What the workbook is, its sheets, units, and the provenance of the run."""
-    yield [harmless(title)]
-    yield ["directory", harmless(str(run_directory))]
+    yield [title]
+    yield ["directory", str(run_directory)]
     yield ["written", dt.datetime.now(dt.UTC).isoformat(timespec="seconds")]
     yield []
     yield ["sheet", "what it holds", "rows", "units in the names of its columns"]
@@ -219,30 +202,8 @@ def _about(run_directory: Path, title: str, tables: Mapping[str, DataFrame]) -> 
     stamp = dict(describe(run_directory / file)["attributes"])
     case = str(stamp.pop("case", ""))
     for key, value in stamp.items():
-        yield [key, harmless(str(value))]
+        yield [key, str(value)]
     yield []
     yield ["case", ""]
     for line in case.splitlines():
-        yield ["", harmless(line)]
-
-
-def _summary_rows(summary: Summary) -> Iterator[list[Any]]:
-    yield ["key", "value", "unit", "meaning"]
-    for one in QUANTITIES.values():
-        value = None if "[]" in one.path or one.path.startswith("case") else one.of(summary)
-        if isinstance(value, str | int | float):
-            yield [one.path, _cell(value), one.unit, harmless(one.label)]
-
-
-def _rows(table: DataFrame) -> Iterator[list[Any]]:
-    columns = [table[name].to_numpy()[:_MOST_ROWS] for name in table.columns]
-    for at in range(min(len(table), _MOST_ROWS)):
-        yield [_cell(column[at]) for column in columns]
-
-
-def _cell(value: Any) -> Any:  # noqa: ANN401 - of an array or of JSON
-    """A value as a sheet holds it: an empty cell for NaN, infinity as a word, texts that are no formulas."""
-    value = value.item() if hasattr(value, "item") else value
-    if isinstance(value, float) and not math.isfinite(value):
-        return None if math.isnan(value) else "inf" if value > 0.0 else "-inf"
-    return harmless(value) if isinstance(value, str) else value
+        yield ["", line]

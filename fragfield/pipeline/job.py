@@ -12,9 +12,9 @@ from fragfield.case.changes import Settings, load_case
 from fragfield.errors import InputError
 from fragfield.files.provenance import versions
 from fragfield.files.run_directory import SCRATCH, RunDirectory
-from fragfield.version import __version__
 from fragfield_base.cores import cores
 from fragfield_base.paths import start_folder
+from fragfield_base.version import __version__
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

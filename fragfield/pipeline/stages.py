@@ -96,7 +96,7 @@ def fly(job: Job, stage: Stage) -> Summary:
     """Fragments fly to the ground through the witness surfaces: landing.h5, hits.h5, ensemble.h5, CSV."""
     from flight import hazard
     from flight.files.ensemble import write_ensemble
-    from fragfield.case.conversion.surroundings import bearing_of, with_bearing
+    from fragfield.case.conversion.surroundings import bearing_of
     from fragfield.case.problem import hazard_criteria
     from fragfield.hazard.recommended import hazard_of, recommended_of
     from fragfield.hazard.rules import rules_of
@@ -145,10 +145,7 @@ def fly(job: Job, stage: Stage) -> Summary:
     found_hazard = hazard_of(headline)
     if words := certainty(found_hazard):
         _log.warning("%s", words, extra={"code": "certainty"})
-    obstacles = tuple(
-        Obstacle.read({**entry, "faces": [with_bearing(job.case, face) for face in entry["faces"]]})
-        for entry in flown.first.by_face(criteria.energy)
-    )
+    obstacles = tuple(Obstacle.of_stage(entry) for entry in flown.first.by_face(criteria.energy))
     rules = rules_of(job.case, single_round(job, realisations))
     official = official_part(job.case)
     convergence = convergence_of(job, flown, found_hazard)

@@ -1,36 +1,33 @@
-"""Writes the report: figures to files, and sections by their templates into one self-contained HTML page."""
+"""Writes the report, figures to files and sections by their templates into one self-contained page, and the map."""
 
 from __future__ import annotations
 
 import base64
-import subprocess
-from contextlib import contextmanager, nullcontext
-from dataclasses import dataclass, replace
+import json
+from dataclasses import asdict, dataclass, replace
 from datetime import UTC, datetime
-from functools import cache, partial
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from markupsafe import Markup, escape
 
 from fragfield.case.conversion.surroundings import direction_words
-from fragfield.errors import EXIT_INPUT, InputError
+from fragfield.errors import InputError
+from fragfield.hazard.site_map import COLORS, KINDS, VERDICTS, extent_of
 from fragfield.hazard.to_apply import USES
 from fragfield.hazard.verdict import criterion_words, part_text
 from fragfield.numbers import SPACE, number
 from fragfield.report.figures.registered import FIGURES
-from fragfield.report.map_page import write_map
-from fragfield.report.sections import SECTIONS, STUDY, Section, catalogue, digest_of
+from fragfield.report.figures.site import north_of, site_shapes
+from fragfield.report.sections import SECTIONS, STUDY, Section, digest_of
 from fragfield.results.run import StoredRun
 from fragfield.results.words import margin_metres, rounded_metres, whole_metres
-from fragfield.version import __version__
-from fragfield.view import picture_fault
-from fragfield_base.ambient import start_function
+from fragfield_base.version import __version__
 from fragfield_base.writing import write_files, write_text
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping, Sequence
-    from contextlib import AbstractContextManager
+    from collections.abc import Mapping, Sequence
 
     from jinja2 import Environment
 
@@ -38,22 +35,6 @@ if TYPE_CHECKING:
     from fragfield.results.uncertainty import UncertaintyResult
 
 
-_PICTURES = {
-    "picture_of_fragments": (
-        "Fragment cloud",
-        (
-            "Fragments 100 µs after {when}, drag neglected, coloured by initial speed. Spheres stand for the mass, not "
-            "to scale; shapes are not known."
-        ),
-    ),
-    "picture_of_burst": (
-        "Section of the burst",
-        (
-            "Section through the axis halfway and at the end, viewed along +y, coloured by speed: light is fast, dark "
-            "is slow. The thin line is the outline of the casing."
-        ),
-    ),
-}
 _LONGEST_NUMBER = 18  # characters of a cell: "1,017.4 ± 4.0", "12,345 – 23,456"
 
 
@@ -62,59 +43,40 @@ class _Illustration:
     name: str
     title: str
     caption: str
-    image: str = ""
-    missing: str = ""
+    image: str
     count: int = 0
 
 
-def write_report(run_dir: Path | str, path: Path | str | None = None, *, pictures: bool = True) -> Path:
-    """Write the report of a run, whole or in part, and its map where there is one.
+def write_report(run_dir: Path | str, path: Path | str | None = None) -> Path:
+    """Write the report of a run, whole or in part, and its map where there is one; the page opens offline.
 
-    Parameters
-    ----------
-    run_dir : Path
-        The run directory; only its files are read.
-    path : Path, optional
-        The page to write; left out: `report.html` in the run directory. Figures go to `figures` beside it.
-    pictures : bool
-        Draw the burst and the fragments by VTK; where VTK cannot draw, the report says so and goes on.
+    `path`: left out, `report.html` in the run directory; figures go to `figures` beside it.
 
-    Returns
-    -------
-    Path
-        The page: one file that opens offline.
-
-    Raises
-    ------
-    InputError
-        No run directory, a damaged file in it, or no right to write.
+    Raises InputError: no run directory, a damaged file in it (nothing is written then), or no right to write.
     """
     run = StoredRun(run_dir)
-    run.read_whole()
+    run.require()
+    _ = run.summary, run.values, run.study, run.snapshot, run.launched, run.landed, run.ensemble
     target = Path(path) if path is not None else run.path / "report.html"
     names = [name for name in FIGURES if not name.startswith("uncertainty_") or run.study]
-    written = _write(run, target, SECTIONS, names, pictures=pictures)
-    write_map(run, target.with_name("map.html"), identity=identity_line(run), written=written)
+    written = _write(run, target, SECTIONS, names)
+    _write_map(run, target.with_name("map.html"), written)
     return target
 
 
 def write_uncertainty_page(folder: Path, run_directory: Path, found: UncertaintyResult) -> Path:
-    """Write uncertainty.html and its figures.
-
-    `folder`: the study's; `run_directory`: the nominal run, for title, document number and version; `found`:
-    what the samples say.
-    """
+    """Write uncertainty.html and its figures into a study's folder, under title and number of its nominal run."""
     run = StoredRun(run_directory)
     run.study = found
     target = folder / "uncertainty.html"
-    _write(run, target, STUDY, [name for name in FIGURES if name.startswith("uncertainty_")], pictures=False)
+    _write(run, target, STUDY, [name for name in FIGURES if name.startswith("uncertainty_")])
     return target
 
 
-def _write(run: StoredRun, target: Path, sections: Sequence[Section], names: Sequence[str], *, pictures: bool) -> str:
+def _write(run: StoredRun, target: Path, sections: Sequence[Section], names: Sequence[str]) -> str:
     written = datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC")
     try:
-        drawn = _draw(run, target.parent / "figures", names, pictures=pictures)
+        drawn = _draw(run, target.parent / "figures", names)
         page = _render(run, sections, drawn, written)
     except OSError as error:
         raise InputError(f"{target}: the report cannot be written ({error.strerror or error})") from error
@@ -122,52 +84,15 @@ def _write(run: StoredRun, target: Path, sections: Sequence[Section], names: Seq
     return written
 
 
-def _draw(run: StoredRun, folder: Path, names: Sequence[str], *, pictures: bool) -> dict[str, _Illustration]:
+def _draw(run: StoredRun, folder: Path, names: Sequence[str]) -> dict[str, _Illustration]:
     folder.mkdir(parents=True, exist_ok=True)
-    drawing: AbstractContextManager[Callable[[], str]] = _pictures(run, folder) if pictures else nullcontext(lambda: "")
-    found = {}
-    with drawing as finish:
-        files = {name: svg for name in names if (svg := FIGURES[name].svg(run)) is not None}
-        write_files({folder / f"{name}.svg": svg for name, svg in files.items()}, InputError)
-        for name, svg in files.items():
-            found[name] = _Illustration(name, *FIGURES[name].words(run), image=_uri(svg, "svg+xml"))
-        fault = finish()
-    data = {"picture_of_fragments": run.launched, "picture_of_burst": run.snapshot} if pictures else {}
-    when = "launch" if run.fragments_file is not None else "the end of the burst"
-    for name in (name for name, there in data.items() if there is not None):
-        title, caption = _PICTURES[name]
-        image = "" if fault else _uri((folder / f"{name}.png").read_bytes(), "png")
-        found[name] = _Illustration(name, title, caption.format(when=when), image, fault)
-    return found
+    files = {name: svg for name in names if (svg := FIGURES[name].svg(run)) is not None}
+    write_files({folder / f"{name}.svg": svg for name, svg in files.items()}, InputError)
+    return {name: _Illustration(name, *FIGURES[name].words(run), image=_uri(svg)) for name, svg in files.items()}
 
 
-@contextmanager
-def _pictures(run: StoredRun, folder: Path) -> Iterator[Callable[[], str]]:
-    """Have the pictures drawn beside, where a driver that ends VTK's process does not end this one.
-
-    Gives a function that waits for them and returns why there are none, or nothing.
-    """
-    if fault := picture_fault():
-        yield lambda: fault
-        return
-    paths = (str(run.path.absolute()), str(folder.absolute()))
-    with start_function("fragfield.view", "draw_beside", *paths, stderr=subprocess.PIPE) as process:
-
-        def finish() -> str:
-            words = process.communicate()[1].decode(errors="replace").strip().splitlines()
-            said = [f"exit code {process.returncode}", *words]
-            if process.returncode == EXIT_INPUT:
-                raise InputError(said[-1])
-            return f"VTK fails to draw without a window here ({said[-1]})" if process.returncode else ""
-
-        try:
-            yield finish
-        finally:
-            process.kill()
-
-
-def _uri(data: bytes, kind: str) -> str:
-    return f"data:image/{kind};base64,{base64.b64encode(data).decode('ascii')}"
+def _uri(svg: bytes) -> str:
+    return f"data:image/svg+xml;base64,{base64.b64encode(svg).decode('ascii')}"
 
 
 def _render(run: StoredRun, sections: Sequence[Section], drawn: Mapping[str, _Illustration], written: str) -> str:
@@ -183,7 +108,6 @@ def _render(run: StoredRun, sections: Sequence[Section], drawn: Mapping[str, _Il
 
     every = {
         "run": run, "document": document, "hazard": run.summary.hazard, "figures": figures,
-        "catalogue": partial(catalogue, run),
     }  # fmt: skip
     shown: list[dict[str, Any]] = []
     for section in sections:
@@ -221,9 +145,9 @@ def _environment() -> Environment:
     environment.filters |= {
         "css_text": css_text,
         "code": code_words,
-        "worded": _worded,
+        # by column, whether it holds words, which are broken and begin at the left
+        "worded": lambda lines: [max(map(len, column)) > _LONGEST_NUMBER for column in zip(*lines, strict=True)],
         "number": number,
-        "mm": lambda metres: number(round(1e3 * float(metres), 1), 4),
         "metres": whole_metres,
         "whole": rounded_metres,
         "margin": margin_metres,
@@ -235,11 +159,6 @@ def _environment() -> Environment:
         "direction": lambda one: direction_words(one.azimuth_deg, one.bearing_deg, whole=True),
     }
     return environment
-
-
-def _worded(lines: Sequence[Sequence[str]]) -> list[bool]:
-    """By column, whether it holds words, which are broken and begin at the left."""
-    return [any(len(cell) > _LONGEST_NUMBER for cell in column) for column in zip(*lines, strict=True)]
 
 
 def _few(value: float | None) -> str:
@@ -284,3 +203,29 @@ def identity_line(run: StoredRun) -> str:
     numbers = run.path / "summary.json"
     digest = f"{numbers.name} SHA-256 {digest_of(numbers)}" if numbers.is_file() else ""
     return " · ".join(part for part in (document.classification, document.number, revision, digest) if part)
+
+
+def _write_map(run: StoredRun, path: Path, written: str) -> None:
+    if (found := site_shapes(run)) is None:
+        return
+    from fragfield.case.conversion.surroundings import site_of
+    from fragfield.places.site import POINTS
+
+    (case, shapes), to_apply, identity = found, run.summary.distance_to_apply, identity_line(run)
+    low, high = extent_of(shapes)
+    drawn: list[dict[str, Any]] = [{**vars(shape), "points": shape.points.round(3).tolist()} for shape in shapes]
+    site = site_of(case)
+    data = {
+        "shapes": drawn, "kinds": KINDS, "colors": COLORS, "compass": POINTS,
+        "verdicts": {name: asdict(style) for name, style in VERDICTS.items()},
+        "extent": [low.tolist(), high.tolist()], "origin": list(case.flight.origin), "north": north_of(case),
+        "site": None if site is None else asdict(site),
+    }  # fmt: skip
+    # "</" ends a script element wherever it stands
+    text = json.dumps(data, allow_nan=False).replace("</", "<\\/")
+    page = _environment().get_template("map.html").render(
+        title=run.title, to_apply=to_apply.line if to_apply else "", data=text,
+        identity=f"{identity} · " if identity else "", written=written,
+        program_version=run.provenance.get("program_version") or __version__,
+    )  # fmt: skip
+    write_text(path, page, InputError)

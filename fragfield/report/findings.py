@@ -170,13 +170,27 @@ def burst_findings(run: StoredRun) -> Iterator[Finding]:
 
 
 def _unreacted(burst: Burst) -> Iterator[Finding]:
-    ignitions = {one.name: one.ignition for one in burst.rounds}
-    for name, found in ignitions.items():
-        if not found:
+    for one in burst.rounds:
+        if not one.ignition:
             yield Finding(
                 "warning",
-                f"Round “{name}” was never initiated: its charge did not detonate within the computed time, and its "
-                "casing is not that of a detonated round.",
+                f"Round “{one.name}” was never initiated: its charge did not detonate within the computed time, and "
+                "its casing is not that of a detonated round.",
+            )
+        elif one.products_balance < 0.5:
+            yield Finding(
+                "warning",
+                f"Round “{one.name}” gave {number(100 * one.products_balance, 2)} % of its charge's heat of "
+                "detonation: it was initiated late, in part, or not at all, and its casing is not that of a detonated "
+                "round.",
+            )
+        if one.ignition and one.ignition[0].by == "shock":
+            loading = f" ({exposure_words(one.exposure)})" if one.exposure else ""
+            yield Finding(
+                "note",
+                f"Round “{one.name}” was initiated by shock, at {number(1e6 * one.ignition[0].time, 3)} µs{loading}. "
+                "Whether and when a shock initiates a charge depends on `initiation` and on the cell size: repeat with "
+                "other values of both.",
             )
     for name, exposure, initiated in exposed_rounds(burst.rounds):
         if not initiated:
@@ -185,22 +199,6 @@ def _unreacted(burst: Burst) -> Iterator[Finding]:
                 f"Round “{name}” was not initiated: {exposure_words(exposure)}. The criterion of critical energy is "
                 "one of short plane shocks; it does not cover fragments, friction, fire and delayed reaction: a round "
                 "below it is not therefore safe.",
-            )
-    for one in burst.rounds:
-        share = one.products_balance
-        if share < 0.5 and one.ignition:
-            yield Finding(
-                "warning",
-                f"Round “{one.name}” gave {number(100 * share, 2)} % of its charge's heat of detonation: it was "
-                "initiated late, in part, or not at all, and its casing is not that of a detonated round.",
-            )
-    for name, found in ignitions.items():
-        if found and found[0].by == "shock":
-            yield Finding(
-                "note",
-                f"Round “{name}” was initiated by shock, at {number(1e6 * found[0].time, 3)} µs. Whether and "
-                "when a shock initiates a charge depends on `initiation` and on the cell size: repeat with other "
-                "values of both.",
             )
 
 
@@ -424,31 +422,24 @@ _JUDGED = {"certainty", "contact_energy", "drag_table", "no_end", "passed_throug
 
 def findings(run: StoredRun) -> list[Finding]:
     """All findings of a run, the gravest first."""
-    found = [
-        *_stages(run),
-        *ledger_findings(run),
-        *burst_findings(run),
-        *break_up_findings(run),
-        *flight_findings(run),
-        *imprint_findings(run),
-    ]
-    found += [*convergence_findings(run), *_recorded(run)]
+    found = [] if not run.missing else [
+        Finding("warning", f"Not yet run: {', '.join(run.missing)}. Results that depend on it are missing below.")
+    ]  # fmt: skip
+    judges = (
+        ledger_findings,
+        burst_findings,
+        break_up_findings,
+        flight_findings,
+        imprint_findings,
+        convergence_findings,
+    )
+    found += [one for judge in judges for one in judge(run)]
+    said = list(doubts(run.values, burst=run.fragments_file is None)) if run.values is not None else []
+    said += [one.text for one in run.summary.findings if one.code not in _JUDGED]
+    found += [Finding("warning", _sentence(text)) for text in dict.fromkeys(said)]
     if run.provenance:
         found.append(Finding(*validation_words(run)))
     return sorted(found, key=lambda item: _ORDER[item.weight])
-
-
-def _stages(run: StoredRun) -> list[Finding]:
-    if not run.missing:
-        return []
-    names = ", ".join(run.missing)
-    return [Finding("warning", f"Not yet run: {names}. Results that depend on it are missing below.")]
-
-
-def _recorded(run: StoredRun) -> list[Finding]:
-    found = list(doubts(run.values, burst=run.fragments_file is None)) if run.values is not None else []
-    found += [one.text for one in run.summary.findings if one.code not in _JUDGED]
-    return [Finding("warning", _sentence(text)) for text in dict.fromkeys(found)]
 
 
 def _sentence(text: str) -> str:

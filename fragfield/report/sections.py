@@ -4,35 +4,35 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fragfield.case.tables.round import ExplosiveTable
+from fragfield.case.conversion.attitude import attitude_of, attitude_words
+from fragfield.case.conversion.surroundings import air_words, wind_words
 from fragfield.hazard.recommended import RULE
 from fragfield.hazard.to_apply import USES
-from fragfield.hazard.verdict import exposed_rounds
 from fragfield.numbers import SPACE, UNKNOWN, Row, number, row
 from fragfield.pipeline.grid_convergence import KINDS
 from fragfield.quantities import shown
 from fragfield.report import evidence, statements
 from fragfield.report.figures.site import site_shapes
 from fragfield.report.findings import counted_groups, findings
-from fragfield.report.first_page import what_was_computed
 from fragfield.report.statements import reasons_against, reasons_for
-from fragfield.report.study import of_distance, study
-from fragfield.results.part import to_json
-from fragfield.results.words import basis_words, distances, headline, metres_and_error, whole_metres
+from fragfield.results.words import basis_words, distances, headline, parts_of, parts_words, whole_metres
 from fragfield_base.substances import substance_title
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator
+    from collections.abc import Callable, Iterator
     from pathlib import Path
 
+    from fragfield.case import CaseTable
     from fragfield.quantities import Quantity
     from fragfield.results.convergence import ConvergedQuantity
     from fragfield.results.run import StoredRun
+    from fragfield.results.uncertainty import UncertaintyResult
 
     Context = Callable[[StoredRun], dict[str, Any] | None]
 
@@ -52,12 +52,6 @@ class Section:
 
 SECTIONS: list[Section] = []
 """Of the report, in order."""
-STUDY = (
-    Section("study", "The recommended distance", study),
-    Section("shares", "What moves it", of_distance),
-    Section("uncertain-inputs", "Uncertain inputs", study),
-)
-"""Of the page of a study of uncertainty."""
 
 
 def section(key: str, title: str, *, stage: str = "", annex: bool = False) -> Callable[[Context], Context]:
@@ -82,7 +76,7 @@ def _decision(run: StoredRun) -> dict[str, Any]:
         "distances": list(_decided(run)),
         "to_apply": to_apply.words if to_apply else (),
         "prescribed": list(prescribed_lines(run)),
-        "what": list(what_was_computed(run)),
+        "what": list(_what_was_computed(run)),
         "verdicts": entries[:_MOST_SITES],
         "verdict_note": "Part: upper bound (95 %) of the expected value over the site's limit. “Not shown”: the "
         "expected value meets the criterion, its bound does not."
@@ -117,6 +111,70 @@ def prescribed_lines(run: StoredRun) -> Iterator[tuple[str, str, str]]:
             if inside:
                 distance, name = max(inside, key=lambda one: one[0])
                 yield f"{title[0].upper()}{title[1:]}, {against}", whole_metres(distance), name
+
+
+def _what_was_computed(run: StoredRun) -> Iterator[Row]:
+    case = run.values
+    if run.fragments_file is not None:
+        yield Row("Fragments", f"of {run.fragments_file}; no burst was computed")
+    else:
+        yield from _round_rows(run)
+    rules, hazard = run.summary.rules, run.summary.hazard
+    if contents := rules.contents if rules else None:
+        yield Row(
+            "Net explosive quantity",
+            f"{number(contents.explosive, 3)} kg (TNT equivalent {number(contents.tnt, 3)} kg)",
+        )
+    if hazard is not None:
+        yield Row("Attitude and height", attitude_words(hazard.attitude))
+    elif case is not None:
+        yield Row("Attitude and height", attitude_words(attitude_of(case, given=run.fragments_file is not None)))
+    if case is None:
+        return
+    yield from _site(case)
+    criteria = run.criteria
+    yield Row("Criterion", f"{criteria.energy:.3g} J, 1 per {1.0 / criteria.density:.1f} m²")
+    if case.burst is not None and run.fragments_file is None:
+        size = f"{number(1e3 * case.burst.cell_size, 3)} mm"
+        yield Row("Cell size", f"{size}; grid convergence: {case.burst.convergence}")
+    if hazard is not None:
+        yield Row("Realisations", number(hazard.realisations))
+
+
+def _round_rows(run: StoredRun) -> Iterator[Row]:
+    kinds: dict[tuple[str, str, str], list[str]] = {}
+    for item in run.rounds:
+        casing, charge = number(item.casing_mass, 3), number(item.charge_mass, 3)
+        entry = next((one for one in (run.values.round if run.values else []) if one.name == item.name), None)
+        named = getattr(entry, "casing", None)
+        material = f" of {getattr(named, 'name', named)}" if named is not None else ""
+        fill = f"{substance_title(item.explosive)}, {charge} kg"
+        kinds.setdefault((item.profile, fill, f"{casing} kg{material}"), []).append(item.name)
+    if not kinds:
+        yield Row("Round", "this directory contains no burst")
+    for (profile, fill, casing), names in kinds.items():
+        listed = ", ".join(names) if len(names) <= 4 else f"{names[0]} … {names[-1]} ({len(names)} rounds)"
+        yield Row("Round", f"{listed}{f' ({profile})' if profile else ''}{', each' if len(names) > 1 else ''}")
+        yield Row("Fill", fill)
+        yield Row("Casing", casing)
+    if kinds:
+        images = sum(bool(one.mirror_of) for one in run.summary.break_up.rounds) if run.summary.break_up else 0
+        behind = f"; {number(images)} more behind planes of symmetry" if images else ""
+        yield Row("Number of rounds", f"{number(len(run.rounds))}{behind}")
+
+
+def _site(case: CaseTable) -> Iterator[Row]:
+    ground = case.flight.ground
+    ricochet = "no ricochet" if ground.ricochet == "none" else f"ricochet off {ground.ricochet.replace('_', ' ')}"
+    yield Row("Ground", f"{'map of heights' if ground.map is not None else 'flat'}, {ricochet}")
+    yield Row("Wind", wind_words(case))
+    yield Row("Air", air_words(case))
+    stops = [f"{one.kind} {one.name}" for one in case.obstacle]
+    shown = ", ".join(stops) if len(stops) <= 4 else f"{', '.join(stops[:4])} and {len(stops) - 4} more"
+    yield Row("Barricades and buildings", shown or "none")
+    if case.site is not None:
+        latitude, longitude = (math.degrees(angle) for angle in (case.site.latitude, case.site.longitude))
+        yield Row("Site", f"{latitude:.5f}°, {longitude:.5f}°")
 
 
 @section("rounds", "Rounds")
@@ -198,7 +256,79 @@ def _convergence_line(followed: Quantity, entry: ConvergedQuantity) -> tuple[str
     return (f"{followed.label}{f' ({unit})' if unit else ''}", *values, order, limit, uncertainty, KINDS[entry.kind])
 
 
-section("uncertainty", "Uncertainty of the inputs")(study)
+_ESTIMATOR = (
+    "By regression of the ranks of {samples} samples on the inputs; it leaves {left} % of their variance: joint "
+    "effects, effects that are not monotone, and statistical errors of the samples. Errors by bootstrap."
+)
+_APPLIES = {"value": "", "factor": "factor on the case's value: ", "shift": "added to the case's value: "}
+
+
+@section("uncertainty", "Uncertainty of the inputs")
+def study(run: StoredRun) -> dict[str, Any] | None:
+    """A study of uncertainty: the recommended distance with its parts, shares of the inputs, and their sources."""
+    if (found := run.study) is None:
+        return None
+    shown_inputs = {"study": found, "inputs": [*_uncertain_inputs(found)], "places": [*_places(found)]}
+    if (entry := found.distance) is None or (hazard := found.hazard) is None:
+        return shown_inputs
+    spread, estimator = entry.spread, entry.estimator
+    span = f"{whole_metres(spread.low)}{SPACE}–{SPACE}{whole_metres(spread.high)}"
+    error, what = f"± {spread.median_standard_error:.1f}", "taken out" if spread.resolved else "included"
+    shares = [
+        (
+            one.name,
+            f"{100 * one.share:.1f}{SPACE}±{SPACE}{100 * one.share_standard_error:.1f}",
+            f"{100 * one.share_low:.0f}{SPACE}–{SPACE}{100 * one.share_high:.0f}",
+        )
+        for one in sorted(entry.shares, key=lambda one: -one.share)
+    ]
+    left = f"{100 * (1.0 - (estimator.explained or 0.0)):.0f}"
+    return shown_inputs | {
+        "cards": (
+            ("Recommended distance", whole_metres(hazard.recommended), "m", parts_words(hazard)),
+            ("Median over the inputs", whole_metres(spread.median), "m", f"{error} m for the number of samples"),
+            ("5 to 95 % over the inputs", span, "m", f"statistical errors of the samples {what}"),
+        ),
+        "parts": [
+            *((one.words, "–" if one.value is None else f"{one.value:.1f}", one.reason) for one in parts_of(hazard)),
+            ("recommended distance", f"{hazard.recommended:.1f}", ""),
+        ],
+        "rule": RULE,
+        "shares": shares,
+        "estimator": _ESTIMATOR.format(samples=estimator.samples, left=left) if shares else "",
+    }
+
+
+def _places(found: UncertaintyResult) -> Iterator[tuple[str, ...]]:
+    for site in found.exposed:
+        for entry, words in (
+            (site.density, "density (1/m²)"), (site.hits, "expected hits"), (site.probability, "probability of a hit"),
+        ):  # fmt: skip
+            if entry is None:
+                continue
+            largest = max(entry.shares, key=lambda one: one.share, default=None)
+            most = "–" if largest is None else f"{largest.name} ({100 * largest.share:.0f}{SPACE}%)"
+            values = (entry.nominal, entry.spread.low, entry.spread.median, entry.spread.high)
+            yield (site.name, words, *(f"{value:.3g}" for value in values), most)
+
+
+def _uncertain_inputs(found: UncertaintyResult) -> Iterator[Row]:
+    for entry in found.inputs:
+        more = f" and {len(entry.keys) - 2} more" if len(entry.keys) > 2 else ""
+        words, source = (text[:1].upper() + text[1:] for text in (_APPLIES[entry.applies] + entry.words, entry.source))
+        yield Row(
+            entry.name[:1].upper() + entry.name[1:],
+            f"{words}. Key: {', '.join(entry.keys[:2])}{more}. {source}",
+            note="judgement" if entry.judgement else "",
+        )
+
+
+STUDY = (
+    Section("study", "The recommended distance", study),
+    Section("shares", "What moves it", lambda run: study(run) if run.study and run.study.distance else None),
+    Section("uncertain-inputs", "Uncertain inputs", study),
+)
+"""Of the page of a study of uncertainty."""
 
 
 @section("distances", "Rules and exposed sites", annex=True)
@@ -225,82 +355,32 @@ def _rules(run: StoredRun) -> dict[str, Any] | None:
     }
 
 
-@section("flight", "Flight", annex=True)
-def _flight(run: StoredRun) -> dict[str, Any] | None:
-    flight = run.summary.flight
-    if flight is None:
-        return None
-    area, rows = flight.presented_area, [*catalogue(run, "flight", "flight.recovered", "flight.contact")]
-    words = area.model + (" " + ":".join(f"{ratio:g}" for ratio in area.ratios) if area.ratios else "")
-    words += f", spread {area.spread:g}" if area.spread is not None else ""
-    low, high = number(area.shape_factor_5_percent), number(area.shape_factor_95_percent)
-    factors = f"{low} kg/m³" if low == high else f"{low} to {high} kg/m³ for 90 % of the fragments"
-    rows.append(row("Presented areas", words, "", f"shape factor {factors}"))
-    rows += [row(f"Fragments through “{one.name}”", one.hits) for one in run.summary.witness or ()]
-    return {
-        "flight_rows": rows, "obstacles": run.summary.obstacle or (), "directed": "flight" not in run.missing,
-        "has_map": site_shapes(run) is not None,
-    }  # fmt: skip
+@section("numbers", "Numbers of the run", annex=True)
+def _numbers(run: StoredRun) -> dict[str, Any] | None:
+    """What the catalogue marks for a report, by stage; all else is in summary.json and the tables of the run."""
+    numbers = {f"Numbers of the {title}": numbers_of(run, stage) for stage, title in _STAGES.items()}
+    rounds = run.summary.burst.rounds if run.summary.burst else ()
+    return {"numbers": numbers, "rounds": rounds} if any(numbers.values()) else None
 
 
-@section("break-up", "Break-up", stage="break-up", annex=True)
-def _break_up(run: StoredRun) -> dict[str, Any] | None:
-    if (launched := run.launched) is None:
-        return None
-    mass, speed = launched.mass, launched.speed
-    rows = [
-        row("Fragments", len(mass)),
-        row("Mass of all", float(mass.sum()), "kg"),
-        row("Mean mass", float(mass.mean()) if len(mass) else None, "kg"),
-        row("Heaviest", float(mass.max(initial=0.0)), "kg"),
-        row("Fastest", float(speed.max(initial=0.0)), "m/s"),
-    ]
-    return {"fragment_rows": [*rows, *(catalogue(run, "break_up") if run.fragments_file is None else ())]}
+_STAGES = {"burst": "burst", "break-up": "break-up", "fly": "flight"}
 
 
-@section("burst", "Burst", stage="burst", annex=True)
-def _burst(run: StoredRun) -> dict[str, Any] | None:
-    from burst_fenicsx.symmetry import symmetry_words
-
-    burst = run.summary.burst
-    if "burst" not in run.expected_stages or burst is None:
-        return None
-    size = burst.cell_size
-    rows = [row("Cell size", size, "m"), *(line for one in shown("mesh", "burst") for line in one.rows(run.summary))]
-    words = {"3d": "three dimensions", "axisymmetric": "axisymmetric"}[burst.geometry]
-    rows.append(row("Geometry of the burst", words, "", burst.geometry_reason))
-    for line in symmetry_words(to_json(burst.symmetry)):
-        head, _, rest = line.partition(": ")
-        rows.append(Row(head.capitalize(), rest))
-    for one in shown("report", "burst.contact", "burst.passed_through"):
-        overlap = one.of(run.summary) if size and one.unit == "m" else None
-        note = f"{number(100 * overlap / size, 2)} % of a cell" if overlap and size else ""
-        rows += [Row(line.name, line.value, line.si, note) for line in one.rows(run.summary)]
-    charges = [entry.explosive for entry in run.values.round] if run.values is not None else []
-    sources = {one.critical_energy_source for one in charges if isinstance(one, ExplosiveTable)} - {""}
-    fills = {one.name: substance_title(one.explosive) for one in run.rounds}
-    lines = [
-        (
-            one.name, fills.get(one.name, "–"), number(one.casing_mass, 4), number(one.charge_mass, 4),
-            number(one.charge_mass / one.casing_mass, 3), number(round(one.mean_initial_speed)),
-            number(round(one.max_initial_speed)), number(round(1e3 * one.outer_diameter)),
-            number(100 * one.products_balance, 4),
-        )
-        for one in burst.rounds
-    ]  # fmt: skip
-    return {
-        "mesh_rows": rows, "rounds": burst.rounds, "round_lines": lines,
-        "exposures": list(exposed_rounds(burst.rounds)),
-        "exposure_note": " ".join([_EXPOSURE_NOTE, *sorted(sources)]),
-    }  # fmt: skip
-
-
-_EXPOSURE_NOTE = (
-    "Strongest pulse: that of the most energy per area, the integral of p²/(ρ₀U) while a cell's pressure stays above "
-    "the floor (Walker and Wasley 1969), in the unreacted charge, as the constant pressure and the time that have the "
-    "same integrals of p and p². Published energies depend on how the charge was made. Largest cells: those that "
-    "resolve the pulse."
-)
+def numbers_of(run: StoredRun, stage: str) -> list[Row]:
+    """What the catalogue lists of a stage in a report."""
+    rows = [line for one in shown("report") if one.stage == stage for line in one.rows(run.summary)]
+    if stage == "fly":
+        rows += [row(f"Hits on “{one.name}”", one.hits) for one in run.summary.witness or ()]
+        rows += [
+            row(
+                f"Hits on {one.kind} “{one.name}”",
+                one.hits,
+                "",
+                f"hazardous {one.hazardous_hits}, stopped {one.stopped}",
+            )
+            for one in run.summary.obstacle or ()
+        ]
+    return rows
 
 
 @section("validation", "Validation of this version", annex=True)
@@ -341,29 +421,3 @@ def digest_of(path: Path) -> str:
 @section("inputs", "Inputs as resolved", annex=True)
 def _inputs(run: StoredRun) -> dict[str, Any]:
     return {"case_text": None if run.values is None else run.case_text}
-
-
-@section("attitudes", "Distance by attitude", annex=True)
-def _attitudes(run: StoredRun) -> dict[str, Any] | None:
-    curve = run.summary.hazard.attitude.curve if run.summary.hazard else ()
-    if not curve:
-        return None
-    rolled = any(one.roll_deg for one in curve)
-    head = (
-        "Inclination (°)", *(("Roll (°)",) if rolled else ()), "Expected distance (m), upper bound",
-        "Of the expected density", "Worst direction from the nose (°)", "Realisations",
-    )  # fmt: skip
-    lines = [
-        (
-            number(one.inclination_deg, 4), *((number(one.roll_deg, 4),) if rolled else ()),
-            whole_metres(one.upper), metres_and_error(one.expected, one.standard_error, SPACE),
-            "all alike" if one.direction_deg is None else f"{one.direction_deg:g}", number(one.realisations),
-        )
-        for one in curve
-    ]  # fmt: skip
-    return {"head": head, "lines": lines}
-
-
-def catalogue(run: StoredRun, *parts: str) -> Iterable[Row]:
-    """What the catalogue lists of parts of the summary in a report."""
-    return [line for one in shown("report", *parts) for line in one.rows(run.summary)]

@@ -16,7 +16,6 @@ class FragmentTest(Part):
     """Fit to the pieces of a test."""
 
     source: str = out("File")
-    pieces: float = out("Pieces counted")
     rounds: float = out("Rounds of the test")
     what: str = out("What was counted")
     scale: float = out("Factor on the law")
@@ -71,20 +70,13 @@ class Segment(Part):
     """The break-up of a segment of a casing."""
 
     name: str = out("Name")
-    kind: str = out("Kind of the segment: wall, nose, base and others of the profile")
-    start: float = out("Its start from the nose", "m")
-    end: float = out("Its end", "m")
     mean_mass: float = out("Mean mass of the law", "kg")
     mu: float = out("Mott's mu of the first part", "kg")
     n0: float = out("Number that the law gives")
     parts: tuple[MottPart, ...] = out("Parts of the law")
     fragments: int = out("Fragments drawn")
     mass: float = out("Their mass", "kg")
-    casing_mass: float = out("Casing of the segment", "kg")
     speed: float = out("Speed at the end of the burst", "m/s")
-    method: str = out("How masses were drawn: `quantile` or `graded`")
-    points: int = out("Material points")
-    resolved: float = out("Mass from which on every fragment spans eight points or more", "kg")
 
 
 class BrokenRound(Part):
@@ -94,9 +86,6 @@ class BrokenRound(Part):
     mirror_of: str | None = out("Round of which it is the image")
     fragments: int = out("Fragments")
     mass: float = out("Mass", "kg")
-    mass_error: float = out("Relative error of the mass")
-    momentum_error: float = out("Relative error of the momentum")
-    energy_error: float = out("Kinetic energy handed over against that of the casing, relative")
     directions: DirectionShares
     segments: tuple[Segment, ...] = out("By segment")
 
@@ -104,17 +93,12 @@ class BrokenRound(Part):
 class BreakUp(Part):
     """The break-up, first realisation but for `realisations`."""
 
-    fragments: int = out("Fragments", views="terminal compare sweep uncertainty")
-    points: int = out("Material points of the casing")
-    mass: float = out("Mass of the fragments", "kg", views="terminal")
+    fragments: int = out("Fragments", views="terminal report compare sweep uncertainty")
+    mass: float = out("Mass of the fragments", "kg", views="terminal report")
     mass_error: float = out("Mass against the casing", views="report", percent=True, digits=2)
     momentum_error: float = out("Momentum against the burst", views="report", percent=True, digits=2)
     energy_error: float = out("Kinetic energy against the burst", views="report", percent=True, digits=2)
-    sampler: str = out("`break_up.sampler`")
-    velocity: str = out("`break_up.velocity`")
     mean_mass: MeanMass
-    direction_scatter: float = out("Standard deviation of a fragment's direction about each of two axes", "rad")
-    tilt: tuple[float, float] = out("Tilt about x and y", "rad")
     tilt_deviation: float = out("Standard deviation of the tilt", "rad")
     rounds: tuple[BrokenRound, ...] = out("By round")
     realisations: int = out("Realisations drawn by the break-up; `hazard.realisations` were flown")

@@ -42,7 +42,7 @@ class ComputedPart(Part):
     planes: tuple[SymmetryPlane, ...] = out("Planes of symmetry used")
     computed_rounds: tuple[ComputedRound, ...] = out("Rounds computed, whole or in part")
     image_rounds: tuple[ImageRound, ...] = out("Rounds that are images of computed ones")
-    share: float = out("Fraction of the arrangement that was computed")
+    share: float = out("Fraction of the arrangement that was computed", views="report", percent=True)
     not_used: tuple[UnusedPlane, ...] = out("Planes that the positions alone would allow")
 
 
@@ -129,8 +129,6 @@ class Exposure(Part):
     energy: float = out("Energy of the strongest pulse", "J/m2")
     pulse_pressure: float = out("Pressure of that pulse", "Pa")
     held_time: float = out("How long it was held", "s")
-    place: tuple[float, float, float] = out("Where", "m")
-    time: float = out("When", "s")
     floor: float = out("Pressure from which a pulse counts", "Pa")
     resolved_cell: float = out("Largest cell size that resolves the pulse", "m")
     resolved: bool = out("Whether the cells resolve it")
@@ -146,14 +144,10 @@ class BurstRound(Part):
     casing_mass: float = out("Mass of the casing", "kg")
     charge_mass: float = out("Mass of the charge", "kg")
     mean_initial_speed: float = out("Speed of the casing, weighted by mass", "m/s")
-    acceleration_left: float | None = out(
-        "Kinetic energy still to come at the end, by its asymptote, over that of the end"
-    )
     max_initial_speed: float = out("Largest mean speed of a cell", "m/s")
     speed_quantiles: SpeedQuantiles = out("Speeds that 90 and 99 % of the casing's mass do not exceed")
     outer_diameter: float = out("Largest outer diameter over stations", "m")
     fastest_station: float = out("Station of the fastest belt, from the nose", "m")
-    length: float = out("Length", "m")
     products_balance: float = out("As for the whole")
     ignition: tuple[Ignition, ...] = out("What initiated the charge, in order of time; empty where nothing did")
     exposure: Exposure | None = None
@@ -162,14 +156,14 @@ class BurstRound(Part):
 class Burst(Part):
     """The burst; masses, energies, counts but `cells` and `nodes` are those of the whole arrangement with images."""
 
-    geometry: Literal["3d", "axisymmetric"] = out("Geometry in which the burst was computed")
-    geometry_reason: str = out("Why this geometry")
-    cells: int = out("Cells computed", views="terminal sweep mesh")
-    nodes: int = out("Nodes computed", views="mesh")
+    geometry: Literal["3d", "axisymmetric"] = out("Geometry in which the burst was computed", views="report")
+    geometry_reason: str = out("Why this geometry", views="report")
+    cells: int = out("Cells computed", views="terminal sweep report")
+    nodes: int = out("Nodes computed", views="report")
     min_scaled_jacobian: float = out(
-        "Smallest scaled Jacobian at rest", note="1 is a box; the aim is 0.2 or more", views="mesh", digits=3
+        "Smallest scaled Jacobian at rest", note="1 is a box; the aim is 0.2 or more", views="report", digits=3
     )
-    max_aspect_ratio: float = out("Largest aspect ratio at rest", views="mesh", digits=3)
+    max_aspect_ratio: float = out("Largest aspect ratio at rest", views="report", digits=3)
     min_edge: float = out("Shortest edge at rest", "m")
     symmetry: Symmetry
     end_time: float = out("End of the burst", "s", views="terminal report")
@@ -200,13 +194,10 @@ class Burst(Part):
         "Work done and energy left in the products, over heat of detonation", views="report", percent=True
     )
     energy_error: float = out("Largest imbalance of the energy ledger", views="terminal sweep", percent=True, digits=2)
-    casing_mass_above_escape_speed: float = out(
-        "Mass of casings above that speed; the burst warns where there is any", "kg"
-    )
     lost_cells: int = out("Lost cells", views="terminal sweep")
-    folded_cells: int = out("Cells folded at the end, torn metal apart", views="mesh")
+    folded_cells: int = out("Cells folded at the end, torn metal apart", views="report")
     folded_casing_mass: float = out("Mass of the casing in them", "kg")
-    released_cells: int = out("Cells of torn metal and crushed products at the end", views="mesh")
+    released_cells: int = out("Cells of torn metal and crushed products at the end", views="report")
     released_casing_mass: float = out("Mass of the casing in them", "kg")
     passed_through: PassedThrough
     energy_error_at_checks: float = out("The same at multiples of 10 us alone")
@@ -218,9 +209,7 @@ class Burst(Part):
         "Largest overlap in contact", "m", note="Null without contact", views="report", hide_zero=True
     )
     contact: BurstContact
-    products: str = out("Model of the products, `burst.products`")
-    quadrature: str = out("Quadrature, `burst.quadrature`")
-    cell_size: float = out("Cell size", "m")
+    cell_size: float = out("Cell size", "m", views="report")
     steps: int = out(
         "Steps (the longest)",
         note="The longest ones where cells have steps of their own",

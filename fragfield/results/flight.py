@@ -8,12 +8,11 @@ from fragfield.results.part import Part, out
 class PresentedArea(Part):
     """Presented areas."""
 
-    model: str = out("Model; `as given`: shape factors of the fragments themselves")
-    ratios: tuple[float, float, float] | None = out("Edges of the box", default=None)
-    spread: float | None = out("Geometric standard deviation of the lognormal law", default=None)
-    shape_factor_5_percent: float = out("Shape factor that 5 % are below", "kg/m3")
-    shape_factor_median: float = out("Median shape factor", "kg/m3")
-    shape_factor_95_percent: float = out("Shape factor that 95 % are below", "kg/m3")
+    model: str = out(
+        "Model of the presented areas", note="`as given`: shape factors of the fragments themselves", views="report"
+    )
+    shape_factor_5_percent: float = out("Shape factor that 5 % are below", "kg/m3", views="report")
+    shape_factor_95_percent: float = out("Shape factor that 95 % are below", "kg/m3", views="report")
 
 
 class CountAndMass(Part):
@@ -39,8 +38,6 @@ class FlightContact(Part):
 
     contacts: int = out("Impacts between fragments", views="report")
     energy_lost: float = out("Energy lost in them", "J", views="report")
-    energy_error: float = out("Relative error of the energy")
-    momentum_error: float = out("Relative error of the momentum")
 
 
 class Recovered(Part):
@@ -59,16 +56,12 @@ class Flight(Part):
 
     presented_area: PresentedArea
     fragments: int = out("Fragments flown, first realisation", views="report")
-    mass: float = out("Their mass", "kg")
     landed: int = out("Landed", views="terminal report")
     status: Status = out("How flights ended at their first impact on the ground")
     ricochets: int = out("Ricochets", views="report", hide_zero=True)
     ricocheted: int = out("Ricocheted off the ground", views="report", hide_zero=True)
-    hits: int = out("Crossings of the case's witness surfaces")
-    obstacle_hits: int = out("Impacts on obstacles")
     drag: str = out("Drag table", views="report")
     above_drag_table: int = out("Fragments above the drag table's speeds", views="report")
-    steps: int = out("Steps of all fragments")
     wall_seconds: float = out("Wall time", "s", views="report")
     contact: FlightContact | None = None
     fragments_file: str | None = out("Name of the file, of fragments from another source", default=None)

@@ -32,7 +32,7 @@ class Out:
     unit : str
         In SI; empty for a pure number.
     views : tuple of str
-        Where it is listed: "terminal", "report", "mesh", "compare", "sweep", "convergence", "uncertainty".
+        Where it is listed: "terminal", "report", "compare", "sweep", "convergence", "uncertainty".
     name : str
         Its column in tables of studies, where the key alone would not do.
     rounding : str

@@ -137,11 +137,6 @@ class StoredRun:
         if not any((self.path / name).is_file() for name in known):
             raise InputError(f"{self.path}: not a run directory, it contains none of the files ({', '.join(known)})")
 
-    def read_whole(self) -> None:
-        """Read all files: one that is damaged is refused before anything is written."""
-        self.require()
-        _ = self.summary, self.values, self.study, self.snapshot, self.launched, self.landed, self.ensemble
-
     @cached_property
     def values(self) -> CaseTable | None:
         """The resolved case with every default; None where the directory holds none."""

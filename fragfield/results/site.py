@@ -96,10 +96,6 @@ class WitnessSector(Part):
 
     azimuth_deg: float = out("Centre of the sector", "deg")
     hits: int = out("Crossings")
-    hazardous_hits: int = out("Of these with the criterion's energy")
-    mass: float = out("Their mass", "kg")
-    max_initial_speed: float = out("Largest initial speed", "m/s")
-    mean_initial_speed: float = out("Mean initial speed by mass; 0 in empty sectors", "m/s")
 
 
 class Witness(Part):
@@ -111,20 +107,6 @@ class Witness(Part):
     by_azimuth: tuple[WitnessSector, ...] = out("By sector")
 
 
-class ObstacleFace(Part):
-    """Impacts on a face of an obstacle."""
-
-    face: str = out("Face: front, back, left, right, top, under, or what the kind has")
-    azimuth_deg: float | None = out("Its normal; null of a level one", "deg")
-    bearing_deg: float | None = out("The same as a bearing", "deg")
-    hits: int = out("Impacts of the first realisation")
-    hazardous_hits: int = out("Of these with the criterion's energy or more")
-    stopped: int = out("Fragments that were stopped")
-    stopped_mass: float = out("Their mass", "kg")
-    max_energy: float = out("Largest energy of an impact", "J")
-    max_speed: float = out("Largest speed of an impact", "m/s")
-
-
 class Obstacle(Part):
     """Impacts on an obstacle."""
 
@@ -133,7 +115,4 @@ class Obstacle(Part):
     hits: int = out("Impacts of the first realisation")
     hazardous_hits: int = out("Of these with the criterion's energy or more")
     stopped: int = out("Fragments that were stopped")
-    stopped_mass: float = out("Their mass", "kg")
     max_energy: float = out("Largest energy of an impact", "J")
-    max_speed: float = out("Largest speed of an impact", "m/s")
-    faces: tuple[ObstacleFace, ...] = out("By face")

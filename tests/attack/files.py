@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import pyvista
 
 # All that the readers need is loaded here, so that the process of each trial, a fork of this one, loads nothing.
 from flight import Fragments
@@ -21,7 +20,7 @@ from flight.files.ensemble import read_ensemble, read_fragment_ensemble
 from flight.files.hdf5 import read_table
 from fragfield.errors import InputError, exit_code_of
 from fragfield.files.run_directory import RunDirectory
-from fragfield_base.xdmf import check_xdmf
+from fragfield_base.xdmf import times_of_xdmf
 from transition.snapshot import Snapshot
 
 if TYPE_CHECKING:
@@ -32,8 +31,7 @@ __all__ = ["READERS", "attack", "damaged", "outcome"]
 
 def _burst(path: Path) -> Any:
     folder = path.parent if path.suffix == ".xdmf" else path.parent.parent
-    check_xdmf(folder / "burst.xdmf", InputError, "run `fragfield burst` again")
-    return pyvista.get_reader(str(folder / "burst.xdmf")).time_values
+    return list(times_of_xdmf(folder / "burst.xdmf", InputError, "run `fragfield burst` again"))
 
 
 def _snapshot(path: Path) -> Any:

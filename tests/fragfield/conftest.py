@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.fragfield.plain_reports import draw_nothing, leave_out_figures
+from tests.fragfield.plain_reports import leave_out_figures
 from tests.fragfield.short_run import SHORT, command, environment
 from tests.shared import made_once
 
@@ -53,14 +53,8 @@ def whole_run(tmp_path_factory):
 
 @pytest.fixture
 def without_figures(monkeypatch):
-    """The report without its figures; pictures of the burst are drawn."""
+    """The report without its figures, which take longest."""
     leave_out_figures(monkeypatch)
-
-
-@pytest.fixture
-def quick_report(monkeypatch):
-    """The report without its pictures and figures, which take longer than all else here."""
-    draw_nothing(monkeypatch)
 
 
 @pytest.fixture

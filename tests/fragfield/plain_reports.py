@@ -1,4 +1,4 @@
-"""Reports without what takes longest in them, pictures and figures, and a report as its sections, tables and text.
+"""Reports without what takes longest in them, the figures, and a report as its sections, tables and text.
 
 `python -m tests.fragfield.plain_reports ARGUMENTS`: the command line with such reports.
 """
@@ -7,20 +7,18 @@ from __future__ import annotations
 
 import html
 import re
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
 
-import fragfield.report
 from fragfield.cli import main
 from fragfield.report import assemble
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-__all__ = ["Report", "draw_nothing", "leave_out_figures", "leave_out_pictures", "plain_report"]
+__all__ = ["Report", "leave_out_figures", "plain_report"]
 
 _SPACES = str.maketrans({"\u00a0": " ", "\u202f": " ", "\u2212": "-"})
 
@@ -30,22 +28,11 @@ def leave_out_figures(patch: pytest.MonkeyPatch) -> None:
     patch.setattr(assemble, "FIGURES", {})
 
 
-def draw_nothing(patch: pytest.MonkeyPatch) -> None:
-    """Have reports written without pictures and figures."""
-    leave_out_figures(patch)
-    leave_out_pictures(patch)
-
-
-def leave_out_pictures(patch: pytest.MonkeyPatch) -> None:
-    """Have reports written without pictures."""
-    patch.setattr(fragfield.report, "write_report", partial(fragfield.report.write_report, pictures=False))
-
-
 def plain_report(folder: Path) -> Report:
     """The report of a run without its figures, written and read."""
     with pytest.MonkeyPatch.context() as patch:
         leave_out_figures(patch)
-        return Report(assemble.write_report(folder, pictures=False).read_text(encoding="utf-8"))
+        return Report(assemble.write_report(folder).read_text(encoding="utf-8"))
 
 
 class Report:
@@ -79,5 +66,5 @@ def _tables(page: str) -> Iterator[tuple[str, list[tuple[str, ...]]]]:
 
 
 if __name__ == "__main__":
-    draw_nothing(pytest.MonkeyPatch())
+    leave_out_figures(pytest.MonkeyPatch())
     main()

@@ -232,7 +232,7 @@ def test_what_cannot_be_compared_or_scaled(tmp_path):
     assert 'found "scale" (did you mean "scaled"?); allowed: "checked", "scaled" or "as_given"' in done.stderr
 
 
-def test_a_run_states_what_was_recovered_and_refuses_before_it_begins(tmp_path, quick_report):
+def test_a_run_states_what_was_recovered_and_refuses_before_it_begins(tmp_path, without_figures):
     (tmp_path / "case.toml").write_text(ROUND, encoding="utf-8")
     run = ("fly", tmp_path / "case.toml", "--fragments", _table_of(tmp_path, 0.12), "--out", tmp_path / "run")
     done = invoke(*run)

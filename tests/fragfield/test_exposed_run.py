@@ -98,17 +98,13 @@ def test_summary_holds_every_place(flown):
     assert (entries["open"]["azimuth_deg"] + entries["open"]["bearing_deg"]) % 360.0 == pytest.approx(90.0)
     assert entries["sheltered"]["margin"] is None
     assert entries["sheltered"]["no_margin"].startswith("judged by the probability of a hit")
-    faces = {face["face"]: face["bearing_deg"] for face in obstacle["faces"]}
-    assert faces["roof"] is None
-    assert sum(value is not None for value in faces.values()) == 4
     assert entries["road"]["expected_hits"]["expected"] == pytest.approx(
         2 * 10.0 * entries["road"]["density_normal"]["expected"]
     )
     for entry in entries.values():
         assert entry["probability"]["upper"] >= entry["probability"]["expected"]
         assert entry["expected_hits"]["upper"] > entry["expected_hits"]["expected"]
-    assert summary["flight"]["hits"] == 0  # the places' own surfaces are no witnesses
-    assert summary["witness"] == []
+    assert summary["witness"] == []  # the places' own surfaces are no witnesses
 
 
 def test_geographic_files_hold_what_the_map_holds(flown):
@@ -200,7 +196,7 @@ def test_map_page_pans_and_zooms_without_a_network(flown, tmp_path, size):
     assert found["wide"] <= 0
 
 
-def test_places_of_an_undetermined_hazard_have_no_verdict(tmp_path, quick_report):
+def test_places_of_an_undetermined_hazard_have_no_verdict(tmp_path, without_figures):
     text = CASE + '[flight]\ntime_limit = "0.2 s"\n'
     (tmp_path / "case.toml").write_text(text, encoding="utf-8")
     cloud(300, seed=8).write(tmp_path / "fragments.csv")

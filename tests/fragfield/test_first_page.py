@@ -28,7 +28,7 @@ from fragfield.results.site import ExposedSite
 from fragfield.results.summary import Summary
 from fragfield.results.words import certainty, parts_words, single_note
 from tests.fragfield.example_results import example
-from tests.fragfield.plain_reports import draw_nothing
+from tests.fragfield.plain_reports import leave_out_figures
 from tests.fragfield.short_run import RINGS, ROOT, invoke
 from tests.fragfield.synthetic_run import run_of, write_run
 
@@ -58,7 +58,7 @@ def run(tmp_path_factory):
     folder = tmp_path_factory.mktemp("first_page")
     (folder / "case.toml").write_text(RINGS + SITE, encoding="utf-8")
     with pytest.MonkeyPatch.context() as patch:
-        draw_nothing(patch)
+        leave_out_figures(patch)
         done = invoke("run", folder / "case.toml", "--out", folder / "run")
     assert done.exit_code in (0, 3), done.stderr
     return folder / "run", done.stdout

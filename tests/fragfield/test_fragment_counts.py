@@ -262,7 +262,7 @@ def short_counted(tmp_path, whole_run):
 
 
 @pytest.mark.dolfinx
-def test_a_run_breaks_up_by_its_file_and_goes_on_without_it(short_counted, quick_report):
+def test_a_run_breaks_up_by_its_file_and_goes_on_without_it(short_counted, without_figures):
     case, folder = short_counted
     done = invoke("break-up", case, "--out", folder, "--json")
     assert done.exit_code == 0, done.stderr

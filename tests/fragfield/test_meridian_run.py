@@ -7,7 +7,7 @@ import json
 import pytest
 
 from fragfield.files.run_directory import SCRATCH
-from tests.fragfield.plain_reports import draw_nothing
+from tests.fragfield.plain_reports import leave_out_figures
 from tests.fragfield.short_run import RINGS, invoke
 from tests.fragfield.test_burst_geometry import FREE
 
@@ -21,7 +21,7 @@ def meridian_run(tmp_path_factory):
     case, out = folder / "case.toml", folder / "run"
     case.write_text(RINGS)
     with pytest.MonkeyPatch.context() as patch:
-        draw_nothing(patch)
+        leave_out_figures(patch)
         done = invoke("run", case, "--out", out, "--json")
     assert done.exit_code in (0, 3), done.stderr  # 3: a distance that so short a burst does not determine
     return out, json.loads((out / "summary.json").read_text())

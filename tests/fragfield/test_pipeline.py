@@ -34,7 +34,6 @@ def test_a_run_leaves_every_file_and_the_summary_of_the_contract(whole_run, shor
     assert ring["name"] == "ring"
     assert len(ring["by_azimuth"]) == 72
     assert [row["azimuth_deg"] for row in ring["by_azimuth"]] == [5.0 * sector for sector in range(72)]
-    assert {"hits", "max_initial_speed", "mean_initial_speed", "hazardous_hits"} <= set(ring["by_azimuth"][0])
     assert sum(row["hits"] for row in ring["by_azimuth"]) == ring["hits"]
     assert summary["seed"] == 1
     assert {"python", "numpy", "numba", "dolfinx", "mpi4py"} <= set(summary["versions"])
@@ -74,7 +73,7 @@ def test_every_file_carries_case_versions_seed_and_program(whole_run, short_case
 
 
 @pytest.mark.dolfinx
-def test_stages_alone_give_what_the_run_gave(whole_run, run_copy, quick_report):
+def test_stages_alone_give_what_the_run_gave(whole_run, run_copy, without_figures):
     names = {
         "break-up": ["fragments.h5", "ensemble_fragments.h5"],
         "fly": ["hits.h5", "landing.h5", "ensemble.h5"],
@@ -126,7 +125,7 @@ def test_an_ensemble_is_flown_and_its_first_realisation_is_that_of_the_files(who
 
 @pytest.mark.dolfinx
 def test_a_report_has_number_and_names_of_the_case_file_and_the_digest_of_its_numbers(
-    run_copy, short_case, quick_report
+    run_copy, short_case, without_figures
 ):
     """Without computing again what they do not bear on; another cell size belongs to another run."""
     case = run_copy.parent / "signed.toml"

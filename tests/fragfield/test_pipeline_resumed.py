@@ -42,7 +42,7 @@ def test_a_stage_into_another_folder_leaves_the_run_alone(run_copy, tmp_path):
 
 
 @pytest.mark.dolfinx
-def test_resume_goes_on_with_the_first_missing_stage(run_copy, short_case, quick_report):
+def test_resume_goes_on_with_the_first_missing_stage(run_copy, short_case, without_figures):
     kept = (run_copy / "burst_snapshot.h5").stat().st_mtime_ns
     (run_copy / "landing.h5").unlink()
     done = invoke("run", short_case, "--out", run_copy, "--resume", "--json")
@@ -56,7 +56,7 @@ def test_resume_goes_on_with_the_first_missing_stage(run_copy, short_case, quick
 
 
 @pytest.mark.dolfinx
-def test_a_run_with_settings_is_resumed_with_the_same_ones_or_from_its_directory(run_copy, short_case, quick_report):
+def test_a_run_with_settings_is_resumed_with_the_same_ones_or_from_its_directory(run_copy, short_case, without_figures):
     setting = ("--set", "seed=5")
     refused = invoke("run", short_case, *setting, "--out", run_copy)
     assert refused.exit_code == 2

@@ -15,7 +15,7 @@ from fragfield.results.hazard import Hazard
 from fragfield.results.part import to_json
 from fragfield.results.rules import DistanceToApply, Official, Rule
 from tests.fragfield.example_results import example
-from tests.fragfield.plain_reports import Report, draw_nothing
+from tests.fragfield.plain_reports import Report, leave_out_figures
 from tests.fragfield.short_run import RINGS, ROOT, invoke
 
 OFFICIAL = '\n[official]\nhazardous_fragment_distance = "{hazardous}"\nsource = "Authority, table 1, p. 7"\n'
@@ -224,7 +224,7 @@ def run(tmp_path_factory):
     gate = '[[exposed]]\nname = "gate"\nposition = ["50 m", "0 m"]\n'
     (folder / "case.toml").write_text(RINGS + OFFICIAL.format(hazardous="9 km") + gate, encoding="utf-8")
     with pytest.MonkeyPatch.context() as patch:
-        draw_nothing(patch)
+        leave_out_figures(patch)
         done = invoke("run", folder / "case.toml", "--out", folder / "run")
     assert done.exit_code in (0, 3), done.stderr
     return folder / "run", done.stdout

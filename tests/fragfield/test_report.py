@@ -26,12 +26,11 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 SHOWN = [
-    "drawing_1", "plan", "elevation", "density_curve", "landing_map", "number_by_mass", "directions",
+    "drawing_1", "plan", "elevation", "density_curve", "landing_map", "polar_by_sector", "number_by_mass", "directions",
     "picture_of_fragments", "speed_along_round", "casing_over_time", "picture_of_burst", "energy_ledger",
-    "polar_by_sector",
 ]  # fmt: skip
 BODY = ["decision", "rounds", "hazard", "warnings", "fragments", "speeds", "convergence"]
-ANNEXES = ["flight", "break-up", "burst", "validation", "provenance", "inputs"]
+ANNEXES = ["numbers", "validation", "provenance", "inputs"]
 
 
 @pytest.fixture(scope="module")
@@ -52,7 +51,7 @@ def test_page_is_whole_and_in_order(html):
     assert re.findall(r'<section id="([^"]+)" class="annex"', html) == ANNEXES
     assert re.findall(r'<a href="#([^"]+)"><span>([^<]+)', html) == [
         *((key, str(1 + place)) for place, key in enumerate(BODY)),
-        *((key, "ABCDEF"[place]) for place, key in enumerate(ANNEXES)),
+        *((key, "ABCD"[place]) for place, key in enumerate(ANNEXES)),
     ]
 
 
@@ -142,8 +141,7 @@ def test_title_is_shown_as_text(html, page):
 )
 def test_missing_stages_are_said(tmp_path, stages, missing):
     page = plain_report(write_run(tmp_path / "run", stages=stages))
-    of_stage = {"flight": 3, "break-up": 2, "burst": 1}
-    assert list(page.sections) == [key for key in [*BODY, *ANNEXES] if of_stage.get(key, 0) <= stages]
+    assert list(page.sections) == [key for key in [*BODY, *ANNEXES] if key != "numbers" or stages]
     assert (f"Not yet run: {missing}." in page.text) == bool(missing)
     for stage in ("burst", "break-up", "flight"):
         assert (f"the stage “{stage}” has not been run" in page.text) == (stage in missing.split(", "))
@@ -152,10 +150,11 @@ def test_missing_stages_are_said(tmp_path, stages, missing):
 @pytest.mark.parametrize("stages", [0, 1, 2])
 def test_figures_without_data_are_left_out(tmp_path, stages):
     of_stage = {"density_curve": 3, "landing_map": 3, "polar_by_sector": 3, "number_by_mass": 2, "directions": 2,
-                "speed_along_round": 1, "casing_over_time": 1, "energy_ledger": 1}  # fmt: skip
-    write_report(write_run(tmp_path / "run", stages=stages), pictures=False)
+                "picture_of_fragments": 2,
+                "speed_along_round": 1, "casing_over_time": 1, "picture_of_burst": 1, "energy_ledger": 1}  # fmt: skip
+    write_report(write_run(tmp_path / "run", stages=stages))
     drawn = {path.stem for path in (tmp_path / "run" / "figures").iterdir()}
-    assert drawn == {name for name in SHOWN if of_stage.get(name, 0) <= stages and not name.startswith("picture")}
+    assert drawn == {name for name in SHOWN if of_stage.get(name, 0) <= stages}
 
 
 def test_flight_of_fragments_from_elsewhere(tmp_path):
@@ -168,9 +167,7 @@ def test_flight_of_fragments_from_elsewhere(tmp_path):
     found["flight"]["fragments_file"] = "arena_test.csv"
     (folder / "summary.json").write_text(json.dumps(found))
     page = plain_report(folder)
-    assert list(page.sections) == [
-        key for key in [*BODY, *ANNEXES] if key not in ("rounds", "speeds", "burst", "convergence")
-    ]
+    assert list(page.sections) == [key for key in [*BODY, *ANNEXES] if key not in ("rounds", "speeds", "convergence")]
     assert "of arena_test.csv; no burst was computed" in page.sections["decision"]
     said = page.text.partition("case.toml, as resolved")[0].partition("Comparisons that bear")[0]
     for false in ("Not yet run", "prescribed burn", "Every round is assumed", "leakage", "random break-up", "handed"):
@@ -206,7 +203,7 @@ def test_numbers_are_written_for_readers_and_words_without_marks(page):
 def test_report_may_be_written_elsewhere_and_figures_repeat(tmp_path):
     folder = write_run(tmp_path / "run", stages=1)
     (tmp_path / "out").mkdir()
-    assert write_report(folder, tmp_path / "out" / "report.html", pictures=False) == tmp_path / "out" / "report.html"
+    assert write_report(folder, tmp_path / "out" / "report.html") == tmp_path / "out" / "report.html"
     assert not (folder / "report.html").exists()
     again = FIGURES["speed_along_round"].svg(Run(folder))
     assert (tmp_path / "out" / "figures" / "speed_along_round.svg").read_bytes() == again

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 import re
 from dataclasses import replace
@@ -20,8 +19,8 @@ from fragfield.quantities import QUANTITIES, quantity, shown
 from fragfield.report.assemble import code_words
 from fragfield.report.figures.fragments import number_above
 from fragfield.report.findings import findings
-from fragfield.report.sections import catalogue
-from fragfield.results.summary import Summary, schema
+from fragfield.report.sections import numbers_of
+from fragfield.results.summary import Summary
 from fragfield.results.words import margin_metres, metres, metres_and_error, whole_metres
 from fragfield.studies.sweep import results_of
 from fragfield.terminal.show import summary_text
@@ -266,40 +265,6 @@ def test_stripes_count_from_six_times_the_variance_of_counts(contrast, warned):
 # --- The catalogue of output quantities: complete, read by every view, one entry for a new output
 
 
-def faults(value: object, entry: dict, path: str = "") -> list[str]:
-    """Where a summary is not as the schema says: keys unknown or missing, another type."""
-    if "$ref" in entry:
-        entry = schema()["$defs"][entry["$ref"].rpartition("/")[2]]
-    if "anyOf" in entry:
-        return min((faults(value, one, path) for one in entry["anyOf"]), key=len)
-    kinds = {"object": dict, "array": list, "string": str, "boolean": bool, "null": type(None), "integer": int}
-    named = entry.get("type", [])
-    allowed = tuple(kinds.get(one, (int, float)) for one in ([named] if isinstance(named, str) else named))
-    flat = tuple(kind for one in allowed for kind in (one if isinstance(one, tuple) else (one,)))
-    if flat and (not isinstance(value, flat) or (isinstance(value, bool) and bool not in flat)):
-        return [f"{path}: {value!r}"]
-    found = []
-    if isinstance(value, dict):
-        known, others = entry.get("properties", {}), entry.get("additionalProperties", True)
-        found += [f"{path}.{key} is missing" for key in entry.get("required", ()) if key not in value]
-        for key, one in value.items():
-            if key not in known and others is False:
-                found.append(f"{path}.{key} is unknown")
-            of_one = known.get(key, others if isinstance(others, dict) else {})
-            found += faults(one, of_one, f"{path}.{key}")
-    if isinstance(value, list):
-        found += [fault for one in value for fault in faults(one, entry.get("items", {}), f"{path}[]")]
-    return found
-
-
-def test_a_run_has_what_the_schema_says_and_nothing_else(whole_run):
-    summary = json.loads((whole_run[0] / "summary.json").read_text())
-    assert faults(summary, schema()) == []
-    assert faults({**summary, "speed": 1.0}, schema()) == [".speed is unknown"]
-    del summary["burst"]["cells"]
-    assert faults(summary, schema()) == [".burst.cells is missing"]
-
-
 def test_names_of_a_view_are_different_and_units_are_known():
     for view in ("sweep", "convergence", "uncertainty"):
         names = [one.name for one in shown(view)]
@@ -326,7 +291,7 @@ def test_a_view_lists_an_output_by_its_mark_alone(reported_pair, monkeypatch):
     run = Run(reported_pair)
     value = run.summary.burst.min_edge
     assert "shortest edge of all" in summary_text(run.summary)
-    assert [row.si for row in catalogue(run, "burst") if row.name == "Shortest edge of all"] == [new.row(value).si]
+    assert [row.si for row in numbers_of(run, "burst") if row.name == "Shortest edge of all"] == [new.row(value).si]
     assert results_of(run.summary)["min_edge"] == value
     assert "| `min_edge` | m | Shortest edge of all |" in summary_reference()
     assert new in shown("convergence")

@@ -228,7 +228,7 @@ def test_runs_of_another_case_are_refused_or_replaced(tmp_path, calls, keep):
 
 
 @pytest.mark.dolfinx
-def test_a_row_has_the_numbers_of_its_run_and_a_burst_is_made_once(tmp_path, monkeypatch, quick_report):
+def test_a_row_has_the_numbers_of_its_run_and_a_burst_is_made_once(tmp_path, monkeypatch, without_figures):
     from burst_fenicsx import run_burst
 
     bursts, simulate = [], run_burst.simulate

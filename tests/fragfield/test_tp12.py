@@ -18,7 +18,7 @@ from fragfield.pipeline.job import Job, RunOptions
 from fragfield.pipeline.parallel import Team
 from fragfield.pipeline.single_round import REALISATIONS, SingleRound, single_round, single_round_case
 from fragfield.terminal.progress import ProgressReporter
-from tests.fragfield.plain_reports import draw_nothing, plain_report
+from tests.fragfield.plain_reports import leave_out_figures, plain_report
 from tests.fragfield.short_run import invoke
 
 BURST = """seed = 1
@@ -194,7 +194,7 @@ def test_the_single_round_is_that_of_the_runs_own_realisations_unless_they_are_t
 @pytest.mark.dolfinx
 def test_single_lying_and_stacked_rounds_have_the_same_beam(tmp_path, monkeypatch):
     """The single round's own burst, lying or upright, and the burst beside a pair's give one beam distance."""
-    draw_nothing(monkeypatch)
+    leave_out_figures(monkeypatch)
     cases = {
         "upright": tube("a", 0.0),
         "lying": tube("a", 0.0, "axis = [1, 0, 0]"),

@@ -61,7 +61,7 @@ def folder(tmp_path_factory):
 
 
 def test_the_run_has_a_section_and_a_card(folder):
-    text = write_report(folder, pictures=False).read_text()
+    text = write_report(folder).read_text()
     found = Run(folder).study
     recommended = int(np.ceil(found.hazard.recommended))
     assert '<section id="uncertainty">' in text
@@ -80,7 +80,7 @@ def test_the_run_has_a_section_and_a_card(folder):
 
 def test_a_run_without_a_study_has_no_section(folder, tmp_path, without_figures):
     plain = write_run(tmp_path / "plain", rounds=1, title="plain")
-    assert '<section id="uncertainty">' not in write_report(plain, pictures=False).read_text()
+    assert '<section id="uncertainty">' not in write_report(plain).read_text()
 
 
 def test_too_few_samples_give_no_result(folder, tmp_path):

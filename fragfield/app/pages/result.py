@@ -1,8 +1,7 @@
-"""Page 6, the result of a run: the decision, the map, the figures, the numbers by the catalogue, and the files."""
+"""Page 6, the result of a run: the decision with the report, the map, and the files."""
 
 from __future__ import annotations
 
-import math
 from html import escape
 from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
@@ -12,39 +11,19 @@ from nicegui import ui
 
 import fragfield
 from fragfield.app.forms import form
-from fragfield.app.page import Raw, act, box, choose, facts, heading, html, note, shown_facts
+from fragfield.app.page import Raw, act, box, choose, facts, heading, html, note
 from fragfield.case import differences
 from fragfield.files.run_directory import RunDirectory
 from fragfield.hazard.verdict import criterion_words
-from fragfield.numbers import SPACE, number
-from fragfield.quantities import QUANTITIES
-from fragfield.report.figures.hazard import density_svg
-from fragfield.results.words import headline, metres, rounded_metres
+from fragfield.numbers import SPACE
+from fragfield.results.words import headline, rounded_metres
 
 if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
-    from flight.hazard.ensemble import EnsembleHazard
-    from fragfield.app.fields import Texts
     from fragfield.app.page import CasePage
     from fragfield.results.summary import Summary
-
-
-def direction_facts(hazard: EnsembleHazard, azimuth: float, texts: Texts) -> list[tuple[str, str]]:
-    """Distance, bound, throw and numbers of fragments of a run in a direction (degrees)."""
-    expected, counts, sectors = hazard.expected, hazard.by_sector, len(hazard.azimuth)
-    at = round(azimuth / 360.0 * len(expected.azimuth)) % len(expected.azimuth)
-    sector, width, known = round(azimuth / 360.0 * sectors) % sectors, 360.0 / sectors, not hazard.undetermined
-    rows = {
-        "shown_direction": f"{expected.azimuth[at]:g}°" if expected.density_by_direction.size else "",
-        "expected": metres(expected.by_direction[at]) if known else "",
-        "upper": metres(expected.upper_by_direction[at]) if known and expected.upper is not None else "",
-        "throw": f"{metres(counts['max_throw'].median[sector])} ({width:g}°)",
-        "fragments": f"{number(counts['fragments'].pooled[sector], 3)} ({width:g}°)",
-        "hazardous": f"{number(counts['hazardous'].pooled[sector], 3)} ({width:g}°)",
-    }
-    return [(texts(f"direction.{name}"), words) for name, words in rows.items() if words]
 
 
 _MOST_CHANGES = 6
@@ -75,7 +54,7 @@ def content(page: CasePage, run: str = "") -> None:
         return
     if page.document is not None:
         _mark_changes(page, RunDirectory(found.path))
-    parts = (part.decision, part.map, part.direction, part.figures, part.numbers, part.files)
+    parts = (part.decision, part.map, part.files)
     with ui.tabs().props("no-caps align=left inline-label outside-arrows mobile-arrows") as tabs:
         for build in parts:
             ui.tab(build.__name__, texts(f"result.{build.__name__}"))
@@ -179,7 +158,7 @@ class _Parts:
         if not rows:
             note(texts("result.no_places"), "meaning")
             return
-        shown_facts(rows, [texts(f"result.{name}") for name in ("place", "verdict", "criterion", "distance")])
+        html(facts(rows, [texts(f"result.{name}") for name in ("place", "verdict", "criterion", "distance")]))
 
     def map(self) -> None:
         """The map of the run; after a place was moved, flight and hazard alone are computed again."""
@@ -192,63 +171,6 @@ class _Parts:
                 ui.link(texts("result.move"), page.address("site"))
                 act(texts("result.fly_again"), "fly", lambda: page.compute(title, self.name, *commands))
         self._framed("map.html")
-
-    def direction(self) -> None:
-        """The density along a direction: that which decides, or another."""
-        texts = self.texts
-        try:
-            hazard = self.run.ensemble
-        except (fragfield.InputError, OSError) as error:
-            note(str(error), "fault")
-            return
-        if hazard is None or not hazard.expected.density.any():
-            note(texts("result.not_computed"), "meaning")
-            return
-        decides = hazard.expected.direction or 0.0
-
-        def show(azimuth: object) -> None:
-            if isinstance(azimuth, (int, float)) and math.isfinite(azimuth):
-                picture.set_content(density_svg(self.run, None if azimuth == decides else azimuth))
-                values.set_content(facts(direction_facts(hazard, azimuth, texts)))
-
-        if hazard.expected.density_by_direction.size:
-            with box("choices"):
-                azimuth = ui.number(
-                    texts("result.azimuth"), min=0, max=360, value=decides, on_change=lambda event: show(event.value)
-                )
-                azimuth.props("data-key=azimuth debounce=300").style("min-width:22rem")
-                act(texts("result.deciding"), "deciding", lambda: azimuth.set_value(decides))
-        else:
-            note(texts("result.alike"), "meaning")
-        with box("columns"):
-            with box(tag="section"):
-                picture = html(kind="picture")
-            with box(tag="section"):
-                values = html()
-        show(decides)
-
-    def figures(self) -> None:
-        """The figures of the report."""
-        folder = self.path / "figures"
-        pictures = sorted(folder.glob("*.svg")) if folder.is_dir() else []
-        if not pictures:
-            note(self.texts("result.no_file", name="figures"), "meaning")
-        with box("cards"):
-            for picture in pictures:
-                with box("card", "figure").style("margin:0"):
-                    address = self._address(f"figures/{picture.name}")
-                    ui.element("img").props(f'src="{address}" alt="{escape(picture.stem)}" loading=lazy').style(
-                        "width:100%"
-                    )
-                    ui.link(picture.stem.replace("_", " "), address, new_tab=True)
-
-    def numbers(self) -> None:
-        """Every value of summary.json that the catalogue lists, by stage."""
-        rows: list[tuple[str, ...]] = []
-        for one in QUANTITIES.values():
-            if "[]" not in one.path:
-                rows += [(one.stage, row.name, row.value, row.note) for row in one.rows(self.summary)]
-        shown_facts(rows, ["", "", "", ""])
 
     def files(self) -> None:
         """Every file of the run."""

@@ -10,8 +10,6 @@ from typing import TYPE_CHECKING, Any, Literal
 from fragfield.case.tables.base import degrees_of
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from flight import HeightMap, Ricochet
     from fragfield.case.schema import CaseTable
     from fragfield.case.tables.surroundings import GroundTable
@@ -123,11 +121,6 @@ def bearing_of(case: CaseTable, azimuth: float | None) -> float | None:
     """Bearing (degrees clockwise from north) of an azimuth (degrees from +x); None without [site] or an azimuth."""
     site = site_of(case)
     return None if site is None or azimuth is None else float(site.bearing_of(azimuth))
-
-
-def with_bearing(case: CaseTable, entry: Mapping[str, Any]) -> dict[str, Any]:
-    """An entry of summary.json with its bearing after its azimuth."""
-    return {**entry, "bearing_deg": bearing_of(case, entry["azimuth_deg"])}
 
 
 def wind_words(case: CaseTable) -> str:

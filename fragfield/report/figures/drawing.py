@@ -185,10 +185,14 @@ class ReportFigure:
         return title, caption
 
     def svg(self, run: StoredRun) -> bytes | None:
-        """The figure of a run as SVG; None where there is no data for it."""
+        """As `file`, SVG."""
+        return self.file(run, "svg")
+
+    def file(self, run: StoredRun, kind: str) -> bytes | None:
+        """The figure of a run as SVG or PNG; None where there is no data for it."""
         with drawing_style():
             drawn = self.draw(run)
-            return drawn.encode() if isinstance(drawn, str) else None if drawn is None else to_bytes(drawn, "svg")
+            return drawn.encode() if isinstance(drawn, str) else None if drawn is None else to_bytes(drawn, kind)
 
 
 FIGURES: dict[str, ReportFigure] = {}

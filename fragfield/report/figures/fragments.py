@@ -44,14 +44,10 @@ def _number_by_mass(run: StoredRun) -> Figure | None:
         _law(axis, grid, number_above(law, grid**2 * 1e-3), style, f"{plain_name(law.name)}{of_first}")
     axis.set(yscale="log", xlim=(0, grid[-1]), ylim=(0.7, len(masses) * 2.0), xlabel="√m (√g); below: m (g)")
     axis.set_ylabel("Number heavier than m")
-    _mass_labels(axis)
+    ticks = [tick for tick in axis.get_xticks() if 0 <= tick <= grid[-1]]
+    axis.set_xticks(ticks, [f"{tick:g}\n{tick**2:,.4g}" for tick in ticks])
     axis.legend(loc="upper right", fontsize=7)
     return figure
-
-
-def _mass_labels(axis: Axes) -> None:
-    ticks = [tick for tick in axis.get_xticks() if 0 <= tick <= axis.get_xlim()[1]]
-    axis.set_xticks(ticks, [f"{tick:g}\n{tick**2:,.4g}" for tick in ticks])
 
 
 def _sampled(axis: Axes, masses: NDArray[np.float64], color: str, label: str | None = None, symbols: int = 60) -> None:

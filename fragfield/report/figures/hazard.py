@@ -8,7 +8,7 @@ import numpy as np
 
 from fragfield.case.conversion.surroundings import bearing_of, direction_words
 from fragfield.hazard.certainty import metres
-from fragfield.report.figures.drawing import ACCENT, GREY, INK, LINES, drawing_style, figure, new_figure, to_bytes
+from fragfield.report.figures.drawing import ACCENT, GREY, INK, LINES, figure, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -30,6 +30,8 @@ _BESIDE = 1.6  # of the largest distance that the curve marks, up to which it is
     "Landing points of the fragments of the first realisation, seen from above, y upwards.",
 )  # fmt: skip
 def _landing_map(run: StoredRun) -> Figure | None:
+    from matplotlib.ticker import MaxNLocator
+
     rows, limit = run.landed, run.criteria.energy
     if not len(rows):
         return None
@@ -46,8 +48,9 @@ def _landing_map(run: StoredRun) -> Figure | None:
         linewidths=0.25, marker="D", rasterized=True, label=f"{limit:.3g} J or more",
     )  # fmt: skip
     reach = float(distance.max()) * 1.04
-    for radius in _ring_radii(reach):
-        _ring(axis, radius, color="#5d6670", dashes=":", label=f"{radius:g} m", angle=45.0)
+    for radius in MaxNLocator(nbins=5, steps=[1, 2, 5, 10]).tick_values(0, reach):
+        if 0 < radius < reach:
+            _ring(axis, radius, color="#5d6670", dashes=":", label=f"{radius:g} m", angle=45.0)
     if recommended := run.summary.hazard.recommended if run.summary.hazard else None:
         reach = max(reach, 1.04 * recommended)
         _ring(axis, recommended, color=ACCENT, dashes="-", label=f"recommended {metres(recommended)}", angle=290.0)
@@ -71,12 +74,6 @@ def _outline(axis: Axes, run: StoredRun) -> None:
     axis.plot(reach * np.cos(turn), reach * np.sin(turn), label=label, zorder=3, **{**LINES[1], "linewidth": 1.3})
 
 
-def _ring_radii(reach: float) -> list[float]:
-    from matplotlib.ticker import MaxNLocator
-
-    return [float(tick) for tick in MaxNLocator(nbins=5, steps=[1, 2, 5, 10]).tick_values(0, reach) if 0 < tick < reach]
-
-
 def _ring(axis: Axes, radius: float, *, color: str, dashes: str, label: str, angle: float) -> None:
     turn = np.linspace(0.0, 2.0 * np.pi, 361)
     axis.plot(radius * np.cos(turn), radius * np.sin(turn), color=color, linestyle=dashes, linewidth=1.1, zorder=3)
@@ -88,28 +85,24 @@ def _ring(axis: Axes, radius: float, *, color: str, dashes: str, label: str, ang
     )  # fmt: skip
 
 
-def _density(run: StoredRun, azimuth: float | None = None) -> Figure | None:
-    """Along the deciding direction with its band, or along another one (degrees) alone."""
+@figure(
+    "density_curve", "Density by distance",
+    "Expected number of hazardous fragments per acceptable area, over all azimuths where they are alike, else in the "
+    "direction that decides. Shaded: 5 to 95 % of the bootstrap, the certainty of the mean, not the scatter of single "
+    "events.",
+)  # fmt: skip
+def _density(run: StoredRun) -> Figure | None:
     found = run.ensemble
     if found is None or not len(run.landed) or not found.expected.density.any():
         return None
     acceptable, expected = run.criteria.density, found.expected
-    densities, reach, upper = expected.density, expected.distance, expected.upper
-    own = azimuth is None or not expected.density_by_direction.size
-    if azimuth is not None and expected.density_by_direction.size:
-        at = round(azimuth / 360.0 * len(expected.azimuth)) % len(expected.azimuth)
-        densities, reach = (
-            np.asarray(expected.density_by_direction[:, at], dtype=np.float64),
-            float(expected.by_direction[at]),
-        )
-        upper = None if upper is None else float(expected.upper_by_direction[at])
     figure, (axis,) = new_figure(height=3.2)
     decides = int(expected.normal >= expected.ground)
     for number, label in sorted(enumerate(("on the ground", "normal to the paths")), key=lambda one: one[0] != decides):
-        style, density = LINES[number], densities[number] / acceptable
-        words = f"{label}{', which decides' if own and number == decides else ''}"
+        style, density = LINES[number], expected.density[number] / acceptable
+        words = f"{label}{', which decides' if number == decides else ''}"
         axis.plot(expected.radius, np.where(density > 0, density, np.nan), label=words, **style)
-        if own and expected.density_low.size:
+        if expected.density_low.size:
             axis.fill_between(
                 expected.radius, np.maximum(expected.density_low[number] / acceptable, _NOTHING),
                 np.maximum(expected.density_high[number] / acceptable, _NOTHING), color=style["color"], alpha=_SHADE,
@@ -117,7 +110,7 @@ def _density(run: StoredRun, azimuth: float | None = None) -> Figure | None:
             )  # fmt: skip
     axis.axhline(1.0, color=ACCENT, linewidth=1.4, label=f"criterion, 1 per {1 / acceptable:.1f} m²")
     marked = [] if found.undetermined else [
-        (reach, ":", "expected"), (upper, "--", "upper bound (95 %)"),
+        (expected.distance, ":", "expected"), (expected.upper, "--", "upper bound (95 %)"),
         (run.summary.hazard.recommended if run.summary.hazard else None, "-", "recommended"),
     ]  # fmt: skip
     for distance, dashes, words in marked:
@@ -130,22 +123,6 @@ def _density(run: StoredRun, azimuth: float | None = None) -> Figure | None:
     axis.set_ylim(1e-3, 1e3)
     axis.legend(loc="upper center", bbox_to_anchor=(0.5, -0.13), fontsize=7)
     return figure
-
-
-figure(
-    "density_curve", "Density by distance",
-    "Expected number of hazardous fragments per acceptable area, over all azimuths where they are alike, else in the "
-    "direction that decides. Shaded: 5 to 95 % of the bootstrap, the certainty of the mean, not the scatter of single "
-    "events.",
-)(_density)  # fmt: skip
-
-
-def density_svg(run: StoredRun, azimuth: float | None) -> str:
-    """The density curve along a direction (degrees; None: that which decides) as SVG within a page."""
-    with drawing_style():
-        drawn = _density(run, azimuth)
-        text = "" if drawn is None else to_bytes(drawn, "svg").decode()
-    return text[text.find("<svg") :]
 
 
 def _closed(values: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -49,8 +49,8 @@ from fragfield.studies.study import DONE, FAILED, KEPT, WAITING, Row, Study, dig
 from fragfield.studies.tasks import Task
 from fragfield.studies.uncertainty.plan import Plan, plan_samples
 from fragfield.studies.uncertainty.statistics import analyse, spread_of, without_statistical_error
-from fragfield.version import __version__
 from fragfield_base.cores import cores
+from fragfield_base.version import __version__
 from fragfield_base.writing import write_text
 
 if TYPE_CHECKING:
