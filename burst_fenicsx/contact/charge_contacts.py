@@ -94,15 +94,12 @@ class ChargeContacts(ContactPairs):
         order = np.argsort(row, kind="stable")
         rows, first = np.unique(row[order], return_index=True)
         in_one_order = beside.shape[1] == 2  # a meridian, of one rank
-        cell, around = np.unique(charge[which[order]], return_inverse=True)
         return Attached(
             row=rows,
             first=np.append(first, len(row)).astype(np.int32),
-            around=around.astype(np.int32),
-            cell=cell.astype(np.int32),
+            cell=charge[which[order]].astype(np.int32),
             slot=self._fields.blocks.slot_of_cell,
             roundings=(0.0, 0.0) if in_one_order else _ROUNDINGS,
-            value=np.zeros((len(cell), 3)),
             total=np.zeros((len(nodes.rows.mass), 3)),
         )
 

@@ -16,7 +16,7 @@ import numpy as np
 from burst_fenicsx.kernels.contact.facets import Surface, area_vectors, group_vectors
 from burst_fenicsx.kernels.contact.law import Law
 from burst_fenicsx.kernels.contact.pairs import Pairs, Rows, add_pairs, gather_row, give_row
-from burst_fenicsx.kernels.contact.sliding import Attached, Bonds, edge_weight, slide, sum_attached, value_attached
+from burst_fenicsx.kernels.contact.sliding import Attached, Bonds, edge_weight, slide, sum_attached
 from burst_fenicsx.kernels.lanes import block_kernel, lane_function
 from burst_fenicsx.kernels.state import ChargeState, Grid, Nodes, SolidState
 
@@ -84,8 +84,7 @@ def add_line_forces(
     """
     surface, pairs, rows, spread = contact.surface, contact.pairs, contact.rows, contact.spread
     attached, contacts = contact.attached, pairs.node.size
-    value_attached(0, attached.cell.size, attached, charge, eroded)
-    sum_attached(0, attached.row.size, attached)
+    sum_attached(0, attached.row.size, attached, charge, eroded)
     facets, beside = contact.facets, contact.bonds.beside
     area_vectors(0, facets.size, facets, surface.facets, rows.position, surface.area)
     area_vectors(0, facets.size, facets, beside, rows.position, contact.bonds.area)

@@ -1,6 +1,7 @@
 """Rows of the scratch of a block, `LANES` doubles each: what one loop over the lanes leaves to the next.
 
-Each name has rows of its own, at constant distances, so the compiler sees that no two overlap.
+Each name has rows of its own, at constant distances, so the compiler sees that no two overlap; the nodal forces alone
+take the place of the velocities, when these are used no more.
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ LENGTH, FREQUENCY = _rows(), _rows()  # that governs the stable step, m, and its
 DENSITY = _rows()  # kg/m3
 VISCOUS, OLD_VISCOUS = _rows(), _rows()  # artificial viscous pressure after and before the step, Pa
 STABLE = _rows()  # stable step, s
-FORCE = _rows(24)  # nodal forces, N
+FORCE = VELOCITY  # nodal forces, N, where the velocities were: the fewer rows, the more of them stay in the cache
 HEAT, PLASTIC = _rows(), _rows()  # work of the viscosity and of the plastic strains in the step, J
 
 # Of hourglass control.

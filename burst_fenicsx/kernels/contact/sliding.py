@@ -26,13 +26,11 @@ class Attached(NamedTuple):
     """The charges' cells of this rank around nodes that slide."""
 
     row: np.ndarray  # (k,) int32 rows of the nodes
-    first: np.ndarray  # (k + 1,) int32 into `around`
-    around: np.ndarray  # int32 into `cell`
-    cell: np.ndarray  # (c,) int32, each once
+    first: np.ndarray  # (k + 1,) int32 into `cell`
+    cell: np.ndarray  # int32
     slot: np.ndarray  # (cells,) int32, where each cell stands in `SolidState.eroded`
     roundings: tuple[float, float]  # constants of `quantise` for burn fractions and for pressures
-    value: np.ndarray  # (c, 3) of the cells, see `sum_attached`
-    total: np.ndarray  # (rows, 3) sums
+    total: np.ndarray  # (rows, 3) sums, see `sum_attached`
 
 
 class Bonds(NamedTuple):
@@ -50,36 +48,28 @@ class Bonds(NamedTuple):
 
 
 @block_kernel
-def value_attached(first: int, last: int, attached: Attached, charge: ChargeState, eroded: np.ndarray) -> None:
-    """Terms of `sum_attached` of the cells from `first` to `last` of `attached.cell`, rounded by `quantise`."""
-    burnt_rounding, pressure_rounding = attached.roundings
-    for k in range(first, last):
-        cell = np.uint64(attached.cell[k])
-        vented = charge.leakage[charge.axial_slice[cell]] * charge.pressure[cell]
-        attached.value[k, 0] = quantise(charge.burn_fraction[cell], burnt_rounding)
-        attached.value[k, 1] = quantise(vented, pressure_rounding)
-        attached.value[k, 2] = 1.0 if eroded[attached.slot[cell]] == WHOLE else 0.0
-
-
-@block_kernel
-def sum_attached(first: int, last: int, attached: Attached) -> None:
-    """Exact sums over the cells around the nodes from `first` to `last` of `attached.row`.
+def sum_attached(first: int, last: int, attached: Attached, charge: ChargeState, eroded: np.ndarray) -> None:
+    """Sums over the cells around the nodes from `first` to `last` of `attached.row`, exact by `quantise`.
 
     These are burn fractions, pressures (Pa) after leakage, and the number of cells that have not been eroded.
     """
+    burnt_rounding, pressure_rounding = attached.roundings
     for k in range(first, last):
-        for i in range(3):
-            total = 0.0
-            for at in range(attached.first[k], attached.first[k + 1]):
-                total += attached.value[attached.around[at], i]
-            attached.total[attached.row[k], i] = total
+        burnt, pressure, whole = 0.0, 0.0, 0.0
+        for at in range(attached.first[k], attached.first[k + 1]):
+            cell = np.uint64(attached.cell[at])
+            burnt += quantise(charge.burn_fraction[cell], burnt_rounding)
+            vented = charge.leakage[charge.axial_slice[cell]] * charge.pressure[cell]
+            pressure += quantise(vented, pressure_rounding)
+            whole += 1.0 if eroded[attached.slot[cell]] == WHOLE else 0.0
+        row = attached.row[k]
+        attached.total[row, 0], attached.total[row, 1], attached.total[row, 2] = burnt, pressure, whole
 
 
 @kernel
 def attached_state(attached: Attached, charge: ChargeState, eroded: np.ndarray) -> None:
-    """The sums of all rows, by all threads."""
-    on_threads(attached.cell.size, value_attached, (attached, charge, eroded))
-    on_threads(attached.row.size, sum_attached, (attached,))
+    """As `sum_attached`, of all rows by all threads."""
+    on_threads(attached.row.size, sum_attached, (attached, charge, eroded))
 
 
 @kernel

@@ -226,7 +226,7 @@ def test_eroded_products_and_products_on_eroded_metal_press_no_more():
     eroded, slot = solver.fields.solid.eroded, solver.fields.blocks.slot_of_cell
     attached = solver.contact.interface.attached
     (k,) = np.flatnonzero(attached.row == contacts.node[3])
-    eroded[slot[attached.cell[attached.around[attached.first[k] : attached.first[k + 1]]]]] = BEFORE
+    eroded[slot[attached.cell[attached.first[k] : attached.first[k + 1]]]] = BEFORE
     torn = contacts.facet[15]
     mesh = solver.fields.mesh
     at_edge = np.isin(mesh.dofmap, line.edges[torn]).sum(axis=1) == 2
