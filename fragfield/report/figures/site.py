@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fragfield.hazard.certainty import metres
 from fragfield.hazard.site_map import COLORS, KINDS, VERDICTS, extent_of, shapes_of
 from fragfield.hazard.verdict import governing
 from fragfield.report.figures.drawing import ACCENT, GREY, INK, figure, new_figure, plain_name, round_length
+from fragfield.results.words import metres
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
