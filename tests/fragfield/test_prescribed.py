@@ -146,6 +146,13 @@ def test_official_distances_hold_for_as_many_rounds_as_they_are_published_for(tm
     assert any("published for one round; 2 stand here, which they do not cover" in one for one in words) == (not covers)
 
 
+def test_equal_official_distances_are_accepted(tmp_path):
+    path = tmp_path / "case.toml"
+    text = RINGS + OFFICIAL.format(hazardous="112 m") + 'maximum_fragment_distance = "112 m"\n'
+    path.write_text(text, encoding="utf-8")
+    assert load_case(path).official.maximum_fragment_distance == 112.0
+
+
 def test_official_distances_do_not_cover_rounds_of_different_kinds(tmp_path):
     tube = (
         '[[round]]\nname = "{0}"\nprofile = "tube"\nexplosive = "{0}"\ncasing = "steel_paper"\n'

@@ -16,6 +16,7 @@ from fragfield.hazard.tp12 import (
     PolarField,
     Retardation,
     beam_distance,
+    effective_number,
     procedure,
     solid_angle,
     stack_distance,
@@ -212,6 +213,13 @@ def test_no_edge_of_a_zone_cuts_a_beam(centre):
     assert found.per_steradian == pytest.approx(2000.0 / solid_angle(found.low, found.high))
 
 
+def test_a_narrower_zone_about_a_beam_gives_more():
+    field = sphere(20_000, mott_masses(20_000, 0.012))
+    beam = PolarField(94.0 + 0.02 * (field.polar - 90.0), field.mass, field.speed)
+    wide, narrow = (beam_distance(beam, retardation(), CRITERIA, width=width).distance for width in (10.0, 5.0))
+    assert wide < narrow < math.sqrt(2.0) * wide
+
+
 def test_mixed_speeds_count_each_with_its_own():
     """Of two groups the fast one alone reaches far: its number decides there, both near."""
     fast, slow = sphere(3000, 0.02, 1500.0), sphere(300_000, 0.02, 200.0)
@@ -237,3 +245,27 @@ def test_neither_attitude_nor_number_of_realisations_matters():
             lambda field: stack_distance(field, 2.0, CRITERIA).distance,
         ):
             assert find(other) == pytest.approx(find(one), rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: effective_number(1, 1, "erth"), r"cover is 'erth'.*earth"),
+        (lambda: effective_number(-1, 1), "side is -1"),
+        (lambda: effective_number(0, 0), "no round on the side"),
+        (lambda: stack_distance(sphere(2000, mott_masses(2000, 0.01)), math.inf, CRITERIA), "effective number is inf"),
+        (lambda: stack_distance(sphere(40, 0.01), 2.0, CRITERIA), "in the coarse end of the zone"),
+        (
+            lambda: stack_distance(sphere(4000, 0.01), 2.0, CRITERIA),
+            "0 fragments in .* of different masses",
+        ),
+        (lambda: beam_distance(sphere(40, 0.01), retardation(), CRITERIA, width=0.5), "width is 0.5 degrees"),
+        (lambda: PolarField.of([]), "no fragment"),
+        (lambda: PolarField.of([Fragments(1.0, (0, 0, 0), (1, 0, 0))], (0, 0, 0)), "axis is"),
+        (lambda: retardation(shape_factor=0.0), "shape_factor is 0.0 kg/m3, needed: above zero"),
+        (lambda: retardation(density=-1.0), "density is -1.0 kg/m3, needed: zero or more"),
+    ],
+)
+def test_messages(make, message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        make()
