@@ -240,13 +240,11 @@ def run_function(
     )  # fmt: skip
 
 
-def start_function(
-    module: str, name: str, *arguments: str, stderr: int = subprocess.DEVNULL
-) -> subprocess.Popen[bytes]:
-    """Start a function as `run_function` does, without waiting for it; its output is dropped, or `stderr` a pipe."""
+def start_function(module: str, name: str, *arguments: str) -> subprocess.Popen[bytes]:
+    """Start a function as `run_function` does, without waiting for it; its output is dropped."""
     return subprocess.Popen(
         _command(module, name, arguments), stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
-        stderr=stderr, env=own_environment(), cwd=_FOLDER,
+        stderr=subprocess.DEVNULL, env=own_environment(), cwd=_FOLDER,
     )  # fmt: skip
 
 

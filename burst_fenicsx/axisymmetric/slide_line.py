@@ -25,8 +25,6 @@ if TYPE_CHECKING:
     from burst_fenicsx.mechanics.fields import BurstFields
     from burst_fenicsx.problem import BurstSettings, ContactSettings
 
-__all__ = ["LineContactForces", "LineInterface", "line_edges", "meridian_contact"]
-
 _TIED = 2  # value of `off`: the node belongs to both sides
 _AXIS = (1.0, 0.0, 0.0)  # on the axis the line is mirrored, as in a plane of symmetry
 

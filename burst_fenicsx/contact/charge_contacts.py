@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from burst_fenicsx.mechanics.fields import BurstFields
     from burst_fenicsx.problem import ContactSettings
 
-__all__ = ["BOND_STATE", "PAIR_STATE", "ChargeContacts"]
-
 PAIR_STATE = ("facet", "point", "normal", "gap", "stiffness", "slip", "energies")
 BOND_STATE = ("bonded", "off")
 """Arrays from which pairs and contacts of charges go on."""

@@ -9,12 +9,11 @@ import numpy as np
 from mpi4py import MPI
 
 from burst_fenicsx.contact.nodes import ContactPairs
-from burst_fenicsx.contact.search import box_around, boxes_around, meet
+from burst_fenicsx.contact.search import box_around, meet
 from burst_fenicsx.kernels.contact.collisions import Candidates, collide
 from burst_fenicsx.kernels.contact.law import Law
 from burst_fenicsx.kernels.contact.pairs import no_pairs
-from burst_fenicsx.kernels.contact.search import Bodies, find_candidates
-from burst_fenicsx.kernels.geometry.faces import area_vectors
+from burst_fenicsx.kernels.contact.search import Bodies, face_shapes, find_candidates
 from burst_fenicsx.kernels.vectors.rows import largest_speed
 
 if TYPE_CHECKING:
@@ -23,8 +22,6 @@ if TYPE_CHECKING:
     from burst_fenicsx.contact.nodes import ContactNodes
     from burst_fenicsx.contact.surfaces import ContactSurfaces
     from burst_fenicsx.mechanics.fields import BurstFields
-
-__all__ = ["CollidingSurfaces"]
 
 _MARGIN = 0.5  # of an edge: how deep a node may lie and still be found
 _SAMPLE = 1000  # boxes from which the edge of the search's grid is taken
@@ -123,10 +120,8 @@ class CollidingSurfaces(ContactPairs):
         inner = inner[self._within_reach(inner, faces, position)]
         active = np.concatenate([outer, inner])
         faces = self._with_others(faces, position, active)
-        boxes, areas = self._boxes(faces, position), area_vectors(position[surfaces.faces[faces]])
+        boxes, areas, normals = self._shapes(faces, position)
         on_surface = faces < surfaces.on_surface
-        corners, each = surfaces.faces[faces[on_surface]].ravel(), np.repeat(areas[on_surface], 4, axis=0)
-        normals = np.stack([np.bincount(corners, each[:, i], len(position)) for i in range(3)], axis=1)
         surfaces.flatten(normals)
         normals[surfaces.inner] = 0.0  # they leave their wall by any side, and never meet their own round
         # Faces of surfaces are met by all nodes, those within casings by nodes of other rounds.
@@ -139,13 +134,16 @@ class CollidingSurfaces(ContactPairs):
         some = boxes[:: max(len(boxes) // _SAMPLE, 1)]
         cell = float(np.median((some[:, 3:] - some[:, :3]).max(axis=1))) if len(some) else self._reach
         first, candidate = find_candidates(position, bodies, areas, active.astype(np.int32), normals, boxes, cell)
-        normals = normals / np.maximum(np.linalg.norm(normals, axis=1), 1e-300)[:, None]
         self._make_pairs(np.repeat(active, np.diff(first)), faces[candidate], normals)
 
-    def _boxes(self, faces: np.ndarray, position: np.ndarray) -> np.ndarray:
-        """Boxes (k, 6) m of `faces` (k,), widened by what the search looks ahead."""
+    def _shapes(self, faces: np.ndarray, position: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """As `face_shapes`, of `faces` (k,) widened by what the search looks ahead."""
         surfaces = self.surfaces
-        return boxes_around(position[surfaces.faces[faces]], self._reach + _MARGIN * surfaces.edge[faces])
+        reach = self._reach + _MARGIN * surfaces.edge[faces]
+        shapes: tuple[np.ndarray, np.ndarray, np.ndarray] = face_shapes(
+            position, surfaces.faces, faces, reach, surfaces.on_surface
+        )
+        return shapes
 
     def _within_reach(self, inner: np.ndarray, faces: np.ndarray, position: np.ndarray) -> np.ndarray:
         """Whether own `inner` surface nodes lie in the box around another round's faces (k,) bool; collective.
@@ -156,7 +154,7 @@ class CollidingSurfaces(ContactPairs):
         if not surfaces.inner.any():
             return found
         faces = faces[faces < surfaces.on_surface]
-        boxes, of_round = self._boxes(faces, position), surfaces.face_round[faces]
+        boxes, of_round = self._shapes(faces, position)[0], surfaces.face_round[faces]
         around = np.array([box_around(*np.hsplit(boxes[of_round == index], 2)) for index in range(self._rounds)])
         if self._comm.size > 1:
             around[:, 3:] *= -1.0
@@ -178,7 +176,7 @@ class CollidingSurfaces(ContactPairs):
         if comm.size == 1:
             return faces
         everyone = np.array(comm.allgather(box_around(position[active], position[active])))
-        boxes = self._boxes(faces, position)
+        boxes, _, _ = self._shapes(faces, position)
         messages: list[tuple[np.ndarray, np.ndarray] | None] = [None] * comm.size
         for rank, box in enumerate(everyone):
             chosen = faces[meet(boxes, box)]
@@ -196,7 +194,7 @@ class CollidingSurfaces(ContactPairs):
         surfaces = self.surfaces
         # Those of inner nodes last; a node's faces by their rounds.
         key = (surfaces.inner[node] * len(self._row) + node) * self._rounds + surfaces.face_round[face]
-        order = np.lexsort((face, key))
+        order = np.argsort(key, kind="stable")  # which leaves the faces of each in ascending order
         node, face, key = node[order], face[order], key[order]
         begins = np.flatnonzero(np.diff(key, prepend=-1))
         node, other = node[begins], surfaces.face_round[face[begins]]
@@ -213,23 +211,25 @@ class CollidingSurfaces(ContactPairs):
         self.pairs = pairs
         first = np.append(begins, len(face))
         self.seen = self._candidates(other, node, normals, first, face)._replace(unloaded=unloaded)
-        self.watched = np.unique(np.concatenate([pairs.node, self.facets[self.seen.near].ravel()]))
+        self.watched = np.concatenate([pairs.node, self.facets[self.seen.near].ravel()])
 
     def _candidates(
         self, other: np.ndarray, node: np.ndarray, normals: np.ndarray, first: np.ndarray, face: np.ndarray
     ) -> Candidates:
         """Candidates of pairs of surface nodes (pairs,) and rounds."""
-        surfaces = self.surfaces
+        surfaces, outward = self.surfaces, normals[node]
+        near = np.zeros(len(self.facets), dtype=bool)
+        near[face] = True
         return Candidates(
             other=other.astype(np.int32),
             same=surfaces.node_round[node] == other,
-            outward=normals[node],
+            outward=outward / np.maximum(np.linalg.norm(outward, axis=1), 1e-300)[:, None],
             unloaded=np.zeros(len(node)),
             first=first.astype(np.int64),
             candidate=face.astype(np.int32),
             facets=self.facets,
             edge=surfaces.edge,
-            near=np.unique(face).astype(np.int32),
+            near=np.flatnonzero(near).astype(np.int32),
             ball=np.zeros((len(self.facets), 5)),
         )
 
@@ -250,10 +250,10 @@ class CollidingSurfaces(ContactPairs):
             self.travel = float(travel)
         self.searches = int(searches)
 
-    def find_forces(self, max_squared_frequency: float, step: float) -> None:
-        """Springs with at most that squared frequency (1/s2) after a step (s)."""
+    def add_forces(self, max_squared_frequency: float, step: float) -> None:
+        """Add the forces of springs with at most that squared frequency (1/s2) after a step (s) to the rows."""
         collide(Law(max_squared_frequency, step, self._friction), self.pairs, self.seen, self._nodes.rows)
-        self.tally()
+        self.add()
 
     def touching_rounds(self) -> np.ndarray:
         """Which rounds' surfaces touch each other now (rounds, rounds); collective."""

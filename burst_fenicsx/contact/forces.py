@@ -13,7 +13,6 @@ from burst_fenicsx.contact.nodes import ContactNodes, ContactPairs
 from burst_fenicsx.contact.planes import PlaneContact, held_in_plane, nodes_at_planes
 from burst_fenicsx.contact.sliding import SlidingInterface, interface_faces
 from burst_fenicsx.contact.surfaces import OpenFaces, contact_surfaces
-from burst_fenicsx.kernels.contact.pairs import add_pairs
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -23,8 +22,6 @@ if TYPE_CHECKING:
     from burst_fenicsx.mechanics.fields import BurstFields
     from burst_fenicsx.meshing import HexahedralMesh
     from burst_fenicsx.problem import BurstSettings, TimeStep
-
-__all__ = ["ContactForces", "Penetrations", "max_squared_phase"]
 
 _SAFETY = 0.9  # fraction taken of the stability that the cells leave to contact
 _FIXED_STEP_CFL = 0.9  # a fixed step is taken to be this fraction of the stable one
@@ -237,8 +234,7 @@ class ContactForces:
         rows = self.nodes.rows
         self.nodes.exchange([rows.position, rows.velocity, rows.load[:, None]], given)
         for part in self._parts:
-            part.find_forces(self._share(part) * max_squared_frequency, step)
-            add_pairs(part.pairs, part.facets, self.nodes.roundings, rows)
+            part.add_forces(self._share(part) * max_squared_frequency, step)
             self.friction += part.friction
         self._note(step, front_is_active=front_is_active)
         self.nodes.exchange([], [rows.sums])

@@ -7,15 +7,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from mpi4py import MPI
 
-from burst_fenicsx.kernels.contact.pairs import Pairs, Rows, gather_rows, give_rows, tally_pairs
+from burst_fenicsx.kernels.contact.pairs import Pairs, Rows, add_pairs, gather_rows, give_rows
 from burst_fenicsx.kernels.vectors.exact import quantise, rounding_constant
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from burst_fenicsx.mechanics.fields import BurstFields
-
-__all__ = ["CONTACT_FORCES", "ContactNodes", "ContactPairs"]
 
 CONTACT_FORCES = 2.0**8
 """How much coarser contact's forces are rounded than those of cells: where walls collide, several contacts push one
@@ -38,7 +36,7 @@ class ContactNodes:
     rows : the kernels' arrays. own : (k,) int32, rows of this rank's own nodes.
     active : (k,) int32, those of them that may be pushed till `watch` is called again.
     needed : rows of other ranks that this rank needs.
-    roundings : constants of `quantise` for forces and loads.
+    roundings : constants of `quantise` for forces, loads and work.
     """
 
     def __init__(self, fields: BurstFields, number: np.ndarray) -> None:
@@ -56,7 +54,8 @@ class ContactNodes:
         zeros = np.zeros
         faster, (position, velocity) = zeros(count, dtype=bool), zeros((2, count, 3))
         self.rows = Rows(local, mass, faster, position, velocity, zeros(count), zeros((count, 4)))
-        self.roundings = CONTACT_FORCES * fields.nodes.rounding, rounding_constant(_LARGEST_LOAD)
+        forces, loads = CONTACT_FORCES * fields.nodes.rounding, rounding_constant(_LARGEST_LOAD)
+        self.roundings = forces, loads, fields.grid.rounding
         self.active = self.needed = np.zeros(0, dtype=np.int32)
         self._taken: dict[int, np.ndarray] = {}
         self._lent: dict[int, np.ndarray] = {}
@@ -164,7 +163,7 @@ class ContactPairs:
     Attributes
     ----------
     on_surface : how many pairs, the first, are not of inner nodes.
-    watched : (k,) int32 rows that the pairs need.
+    watched : (k,) int32 rows that the pairs need, each once or more often.
     friction : J in the last step, exact.
     deepest, deepest_inner : largest penetration now (m), of all pairs and of those of inner nodes.
     """
@@ -176,19 +175,17 @@ class ContactPairs:
         self.watched = np.zeros(0, dtype=np.int32)
         self.friction = self.deepest = self.deepest_inner = 0.0
 
-    def tally(self) -> None:
-        """Sum up what the last step made: friction and depths."""
-        rounding = self._fields.grid.rounding
-        outer = tally_pairs(0, self.on_surface, self.pairs, rounding)
-        inner = tally_pairs(self.on_surface, len(self.pairs.node), self.pairs, rounding)
-        self.friction = outer[0] + inner[0]
-        self.deepest, self.deepest_inner = max(outer[1], inner[1]), inner[1]
+    def add(self) -> None:
+        """Add the forces that the pairs have found to the rows, and take over friction and depths."""
+        self.friction, self.deepest, self.deepest_inner = add_pairs(
+            self.pairs, self.facets, self.on_surface, self._nodes.roundings, self._nodes.rows
+        )
 
     @property
     def spring_energy(self) -> float:
         """Energy now in the springs (J), exact."""
         return float(quantise(self.pairs.energies[:, 0], self._fields.grid.rounding).sum())
 
-    def find_forces(self, max_squared_frequency: float, step: float) -> None:
-        """Springs with at most that squared frequency (1/s2) after a step (s)."""
+    def add_forces(self, max_squared_frequency: float, step: float) -> None:
+        """Add the forces of springs with at most that squared frequency (1/s2) after a step (s) to the rows."""
         raise NotImplementedError

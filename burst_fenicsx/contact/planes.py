@@ -9,7 +9,7 @@ import numpy as np
 
 from burst_fenicsx.contact.nodes import ContactPairs
 from burst_fenicsx.kernels.contact.law import Law
-from burst_fenicsx.kernels.contact.pairs import no_pairs, press_on_plane
+from burst_fenicsx.kernels.contact.pairs import near_plane, no_pairs, press_on_plane
 from burst_fenicsx.kernels.vectors.exact import quantum, rounding_constant
 from burst_fenicsx.kernels.vectors.rows import largest_speed
 from burst_fenicsx.meshing.mesh import outer_faces
@@ -21,8 +21,6 @@ if TYPE_CHECKING:
     from burst_fenicsx.mechanics.fields import BurstFields
     from burst_fenicsx.meshing import HexahedralMesh
     from burst_fenicsx.problem import Mirror, RigidPlane
-
-__all__ = ["PlaneContact", "held_in_plane", "nodes_at_planes"]
 
 _IN_PLANE = 1e-9  # m
 _LARGEST_FORCE = 2.0**57  # of a plane on a node, in quanta of the nodal forces: 64 times the largest force of a cell
@@ -120,16 +118,15 @@ class PlaneContact(ContactPairs):
 
     def look(self, fastest: float) -> None:
         """Find the near nodes again; `fastest` is the largest speed (m/s) on any rank."""
-        height = self._fields.nodes.position[self._local] @ self._normal
-        near = (height < self._level + self._reach) | (self.pairs.facet >= 0)
-        self.near = np.flatnonzero(near).astype(np.int32)
+        position, lowest = self._fields.nodes.position, self._level + self._reach
+        self.near = near_plane(self._normal, lowest, self._local, position, self.pairs)
         self.watched = self.pairs.node[self.near]
-        self.pairs.energies[~near] = 0.0
         self._fastest, self._travel = max(_FASTEST, _GROWTH * fastest), 0.0
 
-    def find_forces(self, max_squared_frequency: float, step: float) -> None:
-        """Springs with at most that squared frequency (1/s2) after a step (s), and what they sum up to."""
-        law, roundings = Law(max_squared_frequency, step, self._friction), (self._fields.grid.rounding, self._rounding)
+    def add_forces(self, max_squared_frequency: float, step: float) -> None:
+        """Add the forces of springs with at most that squared frequency (1/s2) after a step (s) to the rows."""
+        law = Law(max_squared_frequency, step, self._friction)
+        roundings = self._nodes.roundings[0], self._rounding, self._nodes.roundings[2]
         self.friction, given, self.deepest, self.deepest_inner = press_on_plane(
             law, self._normal, self._level, self.near, self.on_surface, roundings, self.pairs, self.facets,
             self._nodes.rows,

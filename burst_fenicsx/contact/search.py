@@ -5,8 +5,6 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial import cKDTree
 
-__all__ = ["box_around", "boxes_around", "in_balls", "meet"]
-
 
 def box_around(low: np.ndarray, high: np.ndarray) -> np.ndarray:
     """Box (6,), low then high corner, around boxes with corners (n, 3) m; around none, one that meets nothing."""
@@ -15,14 +13,9 @@ def box_around(low: np.ndarray, high: np.ndarray) -> np.ndarray:
 
 def meet(boxes: np.ndarray, box: np.ndarray) -> np.ndarray:
     """Whether boxes (n, 6) meet a box (6,)."""
-    found: np.ndarray = (boxes[:, :3] <= box[3:]).all(axis=1) & (boxes[:, 3:] >= box[:3]).all(axis=1)
+    overlap = (boxes[:, :3] <= box[3:]) & (boxes[:, 3:] >= box[:3])
+    found: np.ndarray = overlap[:, 0] & overlap[:, 1] & overlap[:, 2]
     return found
-
-
-def boxes_around(corners: np.ndarray, reach: np.ndarray) -> np.ndarray:
-    """Boxes (n, 6) m around faces with corners (n, k, 3) m, widened by each one's reach (n,) m."""
-    reach = reach[:, None]
-    return np.concatenate([corners.min(axis=1) - reach, corners.max(axis=1) + reach], axis=1)
 
 
 def in_balls(points: np.ndarray, centre: np.ndarray, radius: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

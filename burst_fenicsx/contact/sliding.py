@@ -23,8 +23,6 @@ if TYPE_CHECKING:
     from burst_fenicsx.meshing import HexahedralMesh
     from burst_fenicsx.problem import ContactSettings
 
-__all__ = ["SlidingInterface", "interface_faces", "smooth_surface"]
-
 _RINGS = 4  # faces around those in contact that a rank keeps up to date ...
 _MARGIN = 2  # ... until a contact has come this close to others
 
@@ -120,13 +118,13 @@ class SlidingInterface(ChargeContacts):
         attached_state(attached._replace(slot=fields.blocks.slot_of_cell), fields.charge, fields.solid.eroded)
         return attached.total
 
-    def find_forces(self, max_squared_frequency: float, step: float) -> None:
-        """Springs with at most that squared frequency (1/s2) after a step (s)."""
+    def add_forces(self, max_squared_frequency: float, step: float) -> None:
+        """Add the forces of springs with at most that squared frequency (1/s2) after a step (s) to the rows."""
         law = self.law(max_squared_frequency, step)
         slide_charges(
             law, self.around, self.groups, self.surface, self.pairs, self.bonds, self.attached.total, self._nodes.rows
         )
-        self.tally()
+        self.add()
 
 
 def interface_faces(mesh: HexahedralMesh) -> tuple[np.ndarray, np.ndarray, int]:

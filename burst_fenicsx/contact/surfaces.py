@@ -14,8 +14,6 @@ from burst_fenicsx.problem import Part
 if TYPE_CHECKING:
     from burst_fenicsx.meshing import HexahedralMesh
 
-__all__ = ["ContactSurfaces", "OpenFaces", "contact_surfaces", "outward_sides", "sides_beside"]
-
 
 @dataclass(frozen=True)
 class ContactSurfaces:

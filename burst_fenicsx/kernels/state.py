@@ -34,6 +34,7 @@ class Grid(NamedTuple):
     filled: np.ndarray  # (blocks,) int32, lanes that hold a cell
     material: np.ndarray  # (blocks,) int32, row of the material's parameters
     level: np.ndarray  # (blocks,) int32, of the cells' step: the longest one over 2^level
+    mixed: np.ndarray  # (blocks,) bool, whether some of the nodes take shorter steps than the cells
     mass: np.ndarray  # (slots,) kg
     volume: np.ndarray  # (slots,) m3, current
     viscous: np.ndarray  # (slots,) Pa, artificial viscous pressure of the last step

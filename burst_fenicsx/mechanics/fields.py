@@ -246,14 +246,15 @@ class BurstFields:
         hourglass = np.zeros((len(new.cells), self.solid.hourglass.shape[1]))
         of_solids = np.flatnonzero(new.material % len(Part) != Part.CHARGE)  # a charge's cells store none
         hourglass[of_solids] = _moved(self.solid.hourglass, source.reshape(-1, LANES)[of_solids])
-        grid, solid = self.grid, self.solid
+        grid, solid, nodes = self.grid, self.solid, new.nodes(self.mesh.dofmap)
         self.blocks = new
         self.grid = grid._replace(
-            nodes=new.nodes(self.mesh.dofmap),
+            nodes=nodes,
             cells=new.cells,
             filled=new.count,
             material=new.material,
             level=new.level,
+            mixed=(self.nodes.finest[nodes] > new.level[:, None, None]).any(axis=(1, 2)),
             mass=grid.mass[source],
             volume=grid.volume[source],
             viscous=grid.viscous[source],
@@ -270,9 +271,8 @@ class BurstFields:
 
 def _moved(rows: np.ndarray, source: np.ndarray) -> np.ndarray:
     """Rows of lanes (blocks, rows LANES) in a new order of the slots; `source` (blocks, LANES) are the old ones."""
-    old = rows.reshape(len(rows), -1, LANES)
-    moved = old[source[:, None] // LANES, np.arange(old.shape[1])[None, :, None], source[:, None] % LANES]
-    return moved.reshape(len(source), rows.shape[1])
+    by_slot = rows.reshape(len(rows), -1, LANES).transpose(0, 2, 1).reshape(-1, rows.shape[1] // LANES)
+    return _by_lanes(by_slot[source.ravel()])
 
 
 def make_fields(
@@ -334,6 +334,7 @@ def make_fields(
     )  # fmt: skip
     grid = Grid(
         blocks.nodes(mesh.dofmap), blocks.cells, blocks.count, blocks.material, blocks.level,
+        np.zeros(len(blocks.cells), dtype=bool),
         blocks.by_slot(cell_mass), slot_volume,
         np.zeros_like(slot_volume), np.full_like(slot_volume, np.inf), 0.0,
         rounding_constant(LARGEST_WORK * pressure * float(mesh.cell_sums(volume))),

@@ -52,10 +52,9 @@ class Subcycling:
             inverse_mass=fields.inverse_mass,
             moving=np.array([nodes]),
         )
-        # The cells around each node, one node after the other; their levels as they were looked at last.
-        corners = fields.mesh.all_dofmap
-        order = np.argsort(corners.ravel(), kind="stable")
-        self._around, self._first = order // corners.shape[1], np.searchsorted(corners.ravel()[order], np.arange(nodes))
+        self._corners = np.ascontiguousarray(fields.mesh.dofmap.T)
+        self._around = _cells_around(fields.mesh.all_dofmap, nodes)
+        # Of the cells around each node, as they were looked at last.
         self._finest, self._coarsest = np.zeros(nodes, dtype=np.int8), np.zeros(nodes, dtype=np.int8)
         self._looked_at: np.ndarray | None = None
         self.highest = 0
@@ -114,7 +113,9 @@ class Subcycling:
         """Raise levels until those of cells that share a node differ by one at most; collective."""
         while True:
             self._find_node_levels(level)
-            wanted = np.maximum(level, self._finest[self._fields.mesh.dofmap].max(axis=1, initial=0) - 1)
+            wanted = level.copy()
+            for corner in self._corners:
+                np.maximum(wanted, self._finest[corner] - np.int8(1), out=wanted)
             raised = np.count_nonzero(wanted > level)
             level[:] = wanted
             if self._comm.size > 1:
@@ -130,8 +131,11 @@ class Subcycling:
             self._of_cells.x.array[: mesh.cells] = level
             self._of_cells.x.scatter_forward()
             level = self._of_cells.x.array.astype(np.int8)
-        around = level[self._around]
-        finest[:], coarsest[:] = (reduce.reduceat(around, self._first) for reduce in (np.maximum, np.minimum))
+        finest[:] = coarsest[:] = level[self._around[0]]
+        for cell in self._around[1:]:
+            around = level[cell]
+            np.maximum(finest, around, out=finest)
+            np.minimum(coarsest, around, out=coarsest)
         if self._of_nodes is None:
             return
         # Around the outer nodes of other ranks' cells some cells are missing here: their owner has them all.
@@ -157,3 +161,13 @@ class Subcycling:
         self.cell_steps = int((1 << level[level >= 0].astype(np.int64)).sum())
         nodes.mean[:] = nodes.velocity
         self._fields.regroup(level, self.highest)
+
+
+def _cells_around(dofmap: np.ndarray, nodes: int) -> np.ndarray:
+    """Cells around each node (most, nodes), where there are fewer some of them twice; `dofmap` (cells, corners)."""
+    corners = dofmap.ravel()
+    order = np.argsort(corners, kind="stable")
+    first = np.searchsorted(corners[order], np.arange(nodes + 1))
+    number = np.minimum(np.arange(np.diff(first).max(initial=1))[:, None], np.diff(first) - 1)
+    around: np.ndarray = (order // dofmap.shape[1])[first[:-1] + number]
+    return around

@@ -23,8 +23,6 @@ if TYPE_CHECKING:
     from burst_fenicsx.meshing import HexahedralMesh
     from burst_fenicsx.problem import BurstSettings, Round
 
-__all__ = ["InterpenetrationCheck", "PassedThrough"]
-
 _BEHIND_PLANE = 0.01  # of the cell size: a node less deep than this behind a plane is in contact with it, not beyond
 # Of the cell size: a node less deep than this in a cell of another round is in contact with it. In stacks 99 % of all
 # contacts are less deep than 0.11, and the deepest is 0.18.

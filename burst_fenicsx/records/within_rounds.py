@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from burst_fenicsx.meshing import HexahedralMesh
     from burst_fenicsx.problem import Round
 
-__all__ = ["CasingRadii", "hold"]
-
 _MOST_OVERLAP = 0.125  # of a thin cell's width
 _OPPOSITE = (1, 0, 4, 5, 2, 3)  # of each of `FACES`
 _FEWEST_SECTORS, _MOST_SECTORS = 12, 36

@@ -75,10 +75,12 @@ def _file(name: str, moved: dict[str, str]) -> str:
 def _citation() -> str:
     import yaml
 
+    from fragfield_base.version import __version__
+
     text = (ROOT / "CITATION.cff").read_text(encoding="utf-8")
     found = yaml.safe_load(text)
     authors = ", ".join(author.get("name") or author.get("family-names", "") for author in found["authors"])
-    sentence = f"{authors}: *{found['title']}*, version {found['version']}, licence {found['license']}."
+    sentence = f"{authors}: *{found['title']}*, version {__version__}, licence {found['license']}."
     return f"{sentence}\n\n```yaml\n{text.strip()}\n```"
 
 

@@ -47,7 +47,7 @@ def ricochet_kinds() -> str:
 
 def run_tables() -> str:
     """Every table of a run."""
-    return rows("table, what", [(f"`{name}`", cell(what)) for name, (_, what, _) in TABLES.items()])
+    return rows("table, what", [(f"`{name}`", cell(what)) for name, (_, what) in TABLES.items()])
 
 
 def uncertain_inputs() -> str:

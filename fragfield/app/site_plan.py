@@ -128,11 +128,11 @@ def move(case: CaseDocument, path: Sequence[str | int], x: float, y: float) -> N
 
 
 def plan_of(
-    case: CaseDocument, circles: Sequence[dict[str, Any]], resolved: Sequence[dict[str, Any]] | None = None
+    case: CaseDocument, circles: Sequence[dict[str, Any]] = (), rounds: Sequence[dict[str, Any]] = ()
 ) -> dict[str, Any]:
     """What the map draws: shapes, marks to drag, circles about the origin, terrain, north (degrees from +x).
 
-    `resolved`: the rounds as the case places them, those of a stack one by one; None: as the draft has them.
+    `rounds`: as the case last placed them when it had no faults, those of a stack one by one.
     """
     tables, shapes, handles = case.tables, [], []
     for table in ("obstacle", "exposed"):
@@ -144,13 +144,7 @@ def plan_of(
             name = str(entry.get("name", f"{table} {index + 1}"))
             handles += [{"path": list(path), "at": list(at), "name": name, "table": table} for path, at in marks]
             shapes += _shape(table, entry, name, [at for _, at in marks])
-    rounds = tables.get("round")
-    shapes += resolved or []
-    for index, entry in enumerate(rounds if resolved is None and isinstance(rounds, list) else []):
-        position = entry.get("position") if isinstance(entry, dict) else None
-        place = _pair(position[:2]) if isinstance(position, list) and len(position) == 3 else (0.0, 0.0)
-        if place is not None:
-            shapes.append({"kind": "round", "name": str(entry.get("name", index + 1)), "points": [list(place)]})
+    shapes += rounds
     site = site_in(case)
     return {
         "shapes": [*_terrain(case, shapes), *shapes], "handles": handles, "circles": list(circles),

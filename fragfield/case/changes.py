@@ -7,18 +7,14 @@ import os
 import re
 import tomllib
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 from fragfield.case.faults import CaseFaults, Fault
 from fragfield.case.load import MOST_DEPTH, case_from_document, named_material, read_document
+from fragfield.case.schema import CaseTable
 from fragfield.errors import InputError, nearest
 from fragfield.terminal.logs import visible
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from fragfield.case.schema import CaseTable
-
 
 Settings = Sequence[str] | Mapping[str, Any]
 _EXAMPLE = '--set burst.cell_size="8 mm"'
@@ -43,26 +39,11 @@ def load_changed_case(path: Path, changes: Mapping[str, Any]) -> CaseTable:
 
 
 def load_case(path: Path, settings: Settings = (), *, burst: bool = True) -> CaseTable:
-    """Read, check and resolve a case file.
+    """Read, check and resolve a case file: every default, material, contour and ignition point spelled out, in SI.
 
-    Parameters
-    ----------
-    path : Path
-        The file; names of files in it are relative to its folder.
-    settings : sequence of str, or mapping
-        Of `--set`: KEY=VALUE with dotted keys, or values by such keys, see `changed_document`.
-    burst : bool
-        Whether the case must describe a burst; a flight of given fragments needs none.
-
-    Returns
-    -------
-    CaseTable
-        Every default, material, contour and ignition point spelled out, in SI.
-
-    Raises
-    ------
-    InputError
-        Any fault; the message names file and key, what was found and what is allowed.
+    `path`: names of files in it are relative to its folder; `settings` of `--set`: KEY=VALUE with dotted keys, or
+    values by such keys, see `changed_document`; `burst`: the case must describe one, which a flight of given fragments
+    does not need. Raises InputError for any fault, with file and key, what was found and what is allowed.
     """
     document, source = set_document(path, settings)
     return case_from_document(document, source=source, folder=path.parent, burst=burst)
@@ -140,24 +121,12 @@ def changed_document(
 ) -> dict[str, Any]:
     """Tables of a case with some values replaced. The schema is left to judge keys and values.
 
-    Parameters
-    ----------
-    document : mapping
-        Tables as the case file has them, or resolved; they stay as they are.
-    changes : mapping from dotted key to value
-        A value with a dimension as a string with its unit. In a list, `*` stands for every entry, "[1]" for the
-        first, as messages count, and a name for its own: "round.*.casing.shear_softening_strain", "round[1].explosive";
-        a number from 0 is taken, too. A material's name is replaced by its table where a key goes into it. A callable
-        is given the old value.
-    source : str
-        Named by messages.
-    folder : Path
-        Of the case file: files named in it are relative to this folder.
-
-    Raises
-    ------
-    InputError
-        A list has no such entry, or a key goes into a value.
+    `document`: tables as the case file has them, or resolved; they stay as they are. `changes`: values by dotted key,
+    one with a dimension as a string with its unit. In a list, `*` stands for every entry, "[1]" for the first, as
+    messages count, and a name for its own: "round.*.casing.shear_softening_strain", "round[1].explosive"; a number from
+    0 is taken, too. A material's name is replaced by its table where a key goes into it. A callable is given the old
+    value. `source` is named by messages; files are relative to `folder`, that of the case file. Raises InputError: a
+    list has no such entry, or a key goes into a value.
     """
     changed = copy.deepcopy(dict(document))
     for key, value in changes.items():

@@ -6,22 +6,19 @@ Messages, forms, the reference and `fragfield new` ask here; nothing about a key
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from types import NoneType, UnionType
-from typing import TYPE_CHECKING, Any, Literal, TypeVar, Union, get_args, get_origin
+from typing import Any, Literal, TypeVar, Union, get_args, get_origin
 
 from pydantic import BaseModel, Tag
+from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined
 
 from fragfield.errors import nearest
 from fragfield_base.bounds import UNIT_BOUNDS, Bounds, OnlyWith
 from fragfield_base.inputs import NumberOrWord, Parsed, Quantity, Vector
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
-
-    from pydantic.fields import FieldInfo
 
 Mark = TypeVar("Mark")
 
@@ -131,14 +128,9 @@ class Key:
         forms = {kinds.get(one, "value") for one in self.types}
         return forms.pop() if len(forms) == 1 else "value"
 
-    @property
-    def only_with(self) -> OnlyWith | None:
-        """Another key of the table with which it is read."""
-        return next((mark for mark in self.marks if isinstance(mark, OnlyWith)), None)
-
     def applies(self, table: Mapping[str, Any], defaults: Mapping[str, Any]) -> bool:
         """Whether it is read with what a table, else its defaults, says of the other key."""
-        mark = self.only_with
+        mark = next((mark for mark in self.marks if isinstance(mark, OnlyWith)), None)
         return mark is None or mark.holds(table.get(mark.key, defaults.get(mark.key)))
 
     def written(self, value: Any) -> Any:  # noqa: ANN401 - any value of TOML

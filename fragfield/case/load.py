@@ -5,18 +5,20 @@ from __future__ import annotations
 import dataclasses
 import logging
 import tomllib
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pydantic import ValidationError
 
+from burst_fenicsx.problem import Part
 from fragfield.case.checks.consistency import check_case, check_charges, check_protective_works
+from fragfield.case.checks.estimates import stage_faults
 from fragfield.case.checks.expected_masses import unit_faults
-from fragfield.case.checks.stages import stage_faults
 from fragfield.case.conversion.attitude import attitude_faults, is_mixed, with_axes
 from fragfield.case.conversion.exposed_sites import resolved_exposed
 from fragfield.case.conversion.mean_mass import check_counts, with_casing_data, with_counts
-from fragfield.case.conversion.rounds import base_faults, masses_of, on_base
+from fragfield.case.conversion.rounds import base_faults, burst_round, masses_of, on_base
 from fragfield.case.conversion.stack import expanded, stacked_names
 from fragfield.case.conversion.surroundings import altitude_of, site_of
 from fragfield.case.conversion.turned import origin_faults
@@ -32,27 +34,26 @@ from fragfield.case.tables.round import (
     RoundTable,
     resolved_plane,
 )
-from fragfield.case.tables.site import PlacesTable
+from fragfield.case.tables.surroundings import PlacesTable
 from fragfield.contours.read import casing_volume, profile_of_contour
 from fragfield.errors import InputError
-from fragfield.files.stamped import MOST_CASE
 from fragfield.terminal.logs import hidden_in, visible
 from fragfield_base.paths import absolute
 from fragfield_base.reading import read_text
+from fragfield_base.substances import Substance
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from _typeshed import DataclassInstance
 
     from burst_fenicsx.geometry import Profile
-    from fragfield_base.substances import Substance
 
 Material = ExplosiveTable | CasingTable
 
 _log = logging.getLogger(__name__)
 
 
+MOST_CASE = 1 << 26
+"""Largest size (bytes) of a case file: 64 MB hold ten thousand rounds of inline points."""
 MOST_DEPTH = 30
 """Levels of tables and lists in a case."""
 
@@ -87,7 +88,20 @@ def case_from_document(document: Mapping[str, Any], *, source: str, folder: Path
     case = with_axes(case)
     refuse(source, [*of_attitude, *check_case(case, burst=burst)])
     stacked = stacked_names(case) if case.stack is not None else []
-    case = _resolved(case, source, folder)
+    rounds = [_resolved_round(entry, source, f"round[{i}]", folder) for i, entry in enumerate(case.round, start=1)]
+    planes, exposed = [resolved_plane(entry) for entry in case.plane], resolved_exposed(case)
+    with_files = _with_altitude(_with_files(case, source, folder), source)
+    standing = {entry.name for entry in rounds if entry.base == "ground"}
+    with faults_at(source, ""):
+        rounds = [on_base(entry, with_files) for entry in rounds]
+        rounds = expanded(with_files.model_copy(update={"round": rounds}), standing)
+    changes: dict[str, Any] = {"round": rounds, "stack": None, "plane": planes, "exposed": exposed}
+    if case.burst is not None:
+        changes["break_up"] = with_casing_data(case.break_up, _casings(case, folder), source)
+    if case.burst is not None and case.burst.stop is None:
+        stop = "acceleration" if case.burst.end_time is None else "time"
+        changes["burst"] = case.burst.model_copy(update={"stop": stop})
+    case = with_counts(with_files.model_copy(update=changes), source, folder)
     refuse(source, check_charges(case, stacked))
     refuse(source, check_geometry(case))
     if is_mixed(case):
@@ -135,23 +149,6 @@ def _refuse_deep(document: Mapping[str, Any], source: str) -> None:
             refuse(source, [Fault(visible(first), f"found tables nested deeper; allowed: {MOST_DEPTH} levels")])
         below = found.values() if isinstance(found, dict) else found if isinstance(found, (list, tuple)) else ()
         waiting += [(first, value, depth + 1) for value in below]
-
-
-def _resolved(case: CaseTable, source: str, folder: Path) -> CaseTable:
-    rounds = [_resolved_round(entry, source, f"round[{i}]", folder) for i, entry in enumerate(case.round, start=1)]
-    planes, exposed = [resolved_plane(entry) for entry in case.plane], resolved_exposed(case)
-    with_files = _with_altitude(_with_files(case, source, folder), source)
-    standing = {entry.name for entry in rounds if entry.base == "ground"}
-    with faults_at(source, ""):
-        rounds = [on_base(entry, with_files) for entry in rounds]
-        rounds = expanded(with_files.model_copy(update={"round": rounds}), standing)
-    changes: dict[str, Any] = {"round": rounds, "stack": None, "plane": planes, "exposed": exposed}
-    if case.burst is not None:
-        changes["break_up"] = with_casing_data(case.break_up, _casings(case, folder), source)
-    if case.burst is not None and case.burst.stop is None:
-        stop = "acceleration" if case.burst.end_time is None else "time"
-        changes["burst"] = case.burst.model_copy(update={"stop": stop})
-    return with_counts(with_files.model_copy(update=changes), source, folder)
 
 
 def _casings(case: CaseTable, folder: Path) -> list[Substance]:
@@ -241,12 +238,9 @@ def named_material(kind: str, name: str, *, source: str, key: str, folder: Path)
 
 
 def _charge_of_mesh(entry: RoundTable) -> tuple[float, float]:
-    """Stations (m) between which the charge of a round from a mesh file lies."""
     import numpy as np
 
     from burst_fenicsx.meshing import mesh_round
-    from burst_fenicsx.problem import Part
-    from fragfield.case.conversion.rounds import burst_round
 
     mesh = mesh_round(burst_round(entry, entry.name), 1.0)
     nodes = mesh.nodes[np.unique(mesh.cells[mesh.part == Part.CHARGE])]

@@ -5,7 +5,9 @@ from __future__ import annotations
 import math
 import textwrap
 import tomllib
-from typing import TYPE_CHECKING, Any, get_args
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any, get_args
 
 from pydantic import BaseModel
 
@@ -17,15 +19,8 @@ from fragfield.case.tables.round import RoundTable, StackTable
 from fragfield.case.write import toml_value
 from fragfield.errors import InputError, nearest
 from fragfield_base.inputs import Quantity, Vector
-from fragfield_base.substances import substance_key
+from fragfield_base.substances import Kind, substance_key
 from fragfield_base.writing import write_text
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping, Sequence
-    from pathlib import Path
-
-    from fragfield_base.substances import Kind
-
 
 _USUAL_CASING = "steel_paper"
 _WIDTH = 118
@@ -49,28 +44,12 @@ def write_new_case(
     stack: str | None = None,
     lying: bool = False,
 ) -> Path:
-    """Write a case of one round, or of a stack of it, with every key explained.
+    """Write a case of one round, or of a stack of it, with every key explained; returns the file.
 
-    Parameters
-    ----------
-    path : Path
-        File to write; ".toml" is added where it is missing.
-    profile, explosive, casing : str
-        Built-in names; the casing left out: the one made for the profile, else the paper's steel.
-    stack : str, optional
-        Arrangement of copies of the round, as `stack.arrangement`.
-    lying : bool
-        The round lies on the ground, its axis along y, so that a row of them stands side by side along x.
-
-    Returns
-    -------
-    Path
-        The file.
-
-    Raises
-    ------
-    InputError
-        A name is unknown, or there is such a file, or it cannot be written.
+    `path`: ".toml" is added where it is missing; `profile`, `explosive`, `casing`: built-in names, the casing left out:
+    the one made for the profile, else the paper's steel; `stack`: arrangement of copies of the round; `lying`: the
+    round lies on the ground, its axis along y, so that a row of them stands side by side along x. Raises InputError: a
+    name is unknown, or there is such a file, or it cannot be written.
     """
     path = path if path.suffix.lower() == ".toml" else path.with_name(f"{path.name}.toml")
     if path.exists() or path.is_symlink():
@@ -87,13 +66,13 @@ def write_new_case(
 def _chosen(
     profile: str, explosive: str, casing: str | None, stack: str | None, *, lying: bool = False
 ) -> dict[str, Any]:
-    """The keys that are set, with the schema's own examples as values."""
     from burst_fenicsx.geometry.files import profile_names
     from burst_fenicsx.materials.library import burst_explosive_names, casing_names
 
     _require("--round", profile, profile_names())
     explosive = _built_in("--explosive", explosive, "explosive", burst_explosive_names())
-    casing = casing or _casing_for(profile, casing_names())
+    words = set(profile.split("_"))  # "steel_m107" is that of "m107"
+    casing = casing or next((one for one in casing_names() if words & set(one.split("_"))), _USUAL_CASING)
     casing = _built_in("--casing", casing, "casing", casing_names())
     chosen: dict[str, Any] = {
         "title": f"{profile}, {explosive}" + (f", {stack}" if stack else ""),
@@ -125,7 +104,6 @@ def _chosen(
 
 
 def _lying(profile: str) -> dict[str, Any]:
-    """Position and attitude of a round that lies on the ground along y, its length halved by the plane y = 0."""
     from burst_fenicsx.geometry.files import load_profile
 
     found = load_profile(profile)
@@ -147,12 +125,6 @@ def _require(option: str, name: str, allowed: Iterable[str]) -> None:
     names = list(allowed)
     if name not in names:
         raise InputError(f'{option}: found "{name}"{nearest(name, names)}; allowed: {", ".join(names)}')
-
-
-def _casing_for(profile: str, casings: Iterable[str]) -> str:
-    """The casing that shares a word with the profile's name ("steel_m107" with "m107"), else the paper's steel."""
-    words = set(profile.split("_"))
-    return next((casing for casing in casings if words & set(casing.split("_"))), _USUAL_CASING)
 
 
 def _value(model: type[BaseModel], name: str) -> object:

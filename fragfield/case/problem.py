@@ -2,29 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import flight
-from burst_fenicsx.problem import Mirror, RigidPlane
-from flight.shape import Box, Lognormal
+from burst_fenicsx.problem import BurstSettings, Geometry, Mirror, RigidPlane
+from flight.fluence import PolarGrid
+from flight.hazard.criteria import Criteria
+from flight.shape import Box, Lognormal, Shape
 from fragfield.case.conversion.rounds import burst_rounds
 from fragfield.case.conversion.surroundings import surroundings
-from fragfield.case.conversion.symmetry import hazard_basis, is_axisymmetric, mirror_planes
+from fragfield.case.conversion.turned import hazard_basis, is_axisymmetric, mirror_planes
 from fragfield.case.faults import Fault
+from fragfield.case.schema import CaseTable
 from fragfield.case.tables.base import degrees_of
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from burst_fenicsx.problem import BurstSettings, Geometry
-    from flight.fluence import PolarGrid
-    from flight.hazard.criteria import Criteria
-    from flight.shape import Shape
-    from fragfield.case.schema import CaseTable
-    from fragfield.case.tables.flight import FlightTable
-    from fragfield.case.tables.round import PlaneTable
-    from transition import BreakUpSettings
+from fragfield.case.tables.flight import FlightTable
+from fragfield.case.tables.round import PlaneTable
+from transition import BreakUpSettings
 
 
 @dataclass(frozen=True)
@@ -147,7 +142,7 @@ def hazard_criteria(case: CaseTable) -> Criteria:
 def hazard_directions(case: CaseTable, *, elsewhere: bool = False) -> tuple[str, tuple[float, ...]]:
     """Basis of the hazard distance, and mirror planes of the arrangement (degrees); none for given fragments.
 
-    See `fragfield.case.conversion.symmetry`.
+    See `fragfield.case.conversion.turned`.
     """
     if elsewhere or not case.round:
         return "worst_direction", ()
@@ -162,6 +157,4 @@ def kernel_degrees(case: CaseTable) -> float:
 
 def hazard_grid(case: CaseTable) -> PolarGrid:
     """Cells of the hazard distance."""
-    from flight.fluence import PolarGrid
-
     return PolarGrid.of(case.hazard.sectors, kernel_degrees(case), case.hazard.distance_cell)

@@ -10,8 +10,7 @@ from fragfield.case.tables.base import Table
 from fragfield.case.tables.burst import BreakUpTable, BurstTable
 from fragfield.case.tables.flight import FlightTable, HazardTable, WitnessTable
 from fragfield.case.tables.round import PlaneTable, RoundTable, StackTable
-from fragfield.case.tables.site import DocumentTable, OfficialTable, SiteTable
-from fragfield.case.tables.surroundings import ExposedTable, ObstacleTable
+from fragfield.case.tables.surroundings import DocumentTable, ExposedTable, ObstacleTable, OfficialTable, SiteTable
 from fragfield_base.bounds import Bounds, Entries, OnlyWith
 
 _ENDS = OnlyWith(

@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 import json
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
 
+from fragfield.case.schema import CaseTable
 from fragfield_base.errors import show
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
-
-    from fragfield.case.schema import CaseTable
 
 
 def plain(case: CaseTable, *, units: bool = False) -> dict[str, Any]:
@@ -108,15 +105,13 @@ def differences(
     lines = []
     for key in dict.fromkeys([*before, *after]):
         words_only = key.rpartition(".")[2] in _WORDS_ONLY or key.startswith(_NOT_COMPUTED)
-        if words_only or not (within is None or any(_lies_in(key, table) for table in within)):
+        if words_only or not (
+            within is None or any(key == one or key.startswith((f"{one}.", f"{one}[")) for one in within)
+        ):
             continue
         if before.get(key) != after.get(key):
             lines.append(f"{key}: {words[0]} {_shown(before, key)}, {words[1]} {_shown(after, key)}")
     return lines
-
-
-def _lies_in(key: str, table: str) -> bool:
-    return key == table or key.startswith((f"{table}.", f"{table}["))
 
 
 def _shown(flat: dict[str, Any], key: str) -> str:

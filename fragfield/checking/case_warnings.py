@@ -1,32 +1,31 @@
-"""What is doubtful in a case: settings, walls, masses, mean masses, witness surfaces, values beyond what is usual."""
+"""What is doubtful in a case, and what its burst costs: first stable step, when it may end, memory."""
 
 from __future__ import annotations
 
 import math
 from collections import Counter
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
-from fragfield.case.checks.bounds import outside_soft
+from burst_fenicsx.problem import BurstSettings, CasingMaterial, Explosive, Round
+from fragfield.case import CaseTable
 from fragfield.case.checks.estimates import map_warnings
 from fragfield.case.conversion.exposed_sites import outline_of
-from fragfield.case.conversion.rounds import burst_round, first_alike
-from fragfield.case.faults import Doubt
+from fragfield.case.conversion.rounds import burst_round, first_alike, masses_of
+from fragfield.case.faults import Doubt, outside_soft
 from fragfield.case.tables.flight import CylinderTable
 from fragfield.hazard.contents import arrangement_warnings, with_images
-from fragfield.results.check import Graded
+from fragfield.results.check import CheckedRound, ExpectedCost, Graded
 from fragfield_base.substances import graded, substance, substance_names
+from transition.law.mean_mass import gurney_speed
+from transition.law.mean_mass_data import outside_data
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-
-    from numpy.typing import NDArray
-
     from burst_fenicsx.geometry import Profile
-    from burst_fenicsx.problem import BurstSettings, CasingMaterial, Explosive, Round
-    from fragfield.case import CaseTable
-    from fragfield.results.check import CheckedRound, ExpectedCost
+    from burst_fenicsx.meshing.mesh import CellMesh
 
 
 def graded_name(one: CasingMaterial | Explosive) -> Graded:
@@ -95,9 +94,8 @@ def doubts(case: CaseTable, *, burst: bool = True) -> Iterator[str]:
     if settings.products == "landau":
         yield Doubt(
             "burst.products",
-            ' = "landau" starts from the pressure of an instantaneous explosion; with a '
-            "travelling detonation front the products do about 1.2 times the work rho Q; "
-            '"landau_cj" and "jwl" give the heat of detonation',
+            ' = "landau" starts from the pressure of an instantaneous explosion; with a travelling detonation front '
+            'the products do about 1.2 times the work rho Q; "landau_cj" and "jwl" give the heat of detonation',
         )
     if settings.burn == "time" and settings.products != "jwl":
         yield Doubt(
@@ -141,8 +139,6 @@ def thinnest_wall(profile: Profile) -> tuple[float, float]:
 
 def mean_mass_warnings(case: CaseTable, rounds: Sequence[Round], described: Sequence[CheckedRound]) -> Iterator[str]:
     """Rounds near which no published mean masses are; a mean mass that is given or fitted needs none."""
-    from transition.law.mean_mass_data import outside_data
-
     if isinstance(case.break_up.mean_mass, float):
         yield from _heavy_mean(case, described)
         return
@@ -157,9 +153,8 @@ def mean_mass_warnings(case: CaseTable, rounds: Sequence[Round], described: Sequ
             others = f" and {number - 1} alike" if number > 1 else ""
             yield Doubt(
                 f"round[{index + 1}]",
-                f" ({known.name}{others}): no published mean masses of fragments are close: "
-                f"{'; '.join(texts)}. No published scatter covers it: measure the mean mass, or vary it and compare "
-                "the distances",
+                f" ({known.name}{others}): no published mean masses of fragments are close: {'; '.join(texts)}. No "
+                "published scatter covers it: measure the mean mass, or vary it and compare the distances",
             )
 
 
@@ -171,8 +166,7 @@ def _heavy_mean(case: CaseTable, described: Sequence[CheckedRound]) -> Iterator[
         if light:
             yield Doubt(
                 f"round[{index + 1}]",
-                f" ({described[index].name}): break_up.mean_mass = {mean:g} kg is above the "
-                "mass of "
+                f" ({described[index].name}): break_up.mean_mass = {mean:g} kg is above the mass of "
                 f"{' and '.join(light)}, of which each stays one piece",
             )
 
@@ -194,8 +188,6 @@ def _round_warnings(settings: BurstSettings, known: CheckedRound) -> Iterator[st
 
 def obstacle_warnings(case: CaseTable, settings: BurstSettings, described: Sequence[CheckedRound]) -> Iterator[str]:
     """Obstacles of the flight that a casing reaches while it grows: the burst does not know them."""
-    from transition.law.mean_mass import gurney_speed
-
     for number, (entry, known) in enumerate(zip(case.round, described, strict=True), start=1):
         radius = 0.5 * known.outer_diameter
         growth = _GROWTH * radius
@@ -238,11 +230,56 @@ def witness_warnings(case: CaseTable, largest_diameter: float) -> Iterator[str]:
 
 
 def _distances(centre: NDArray[np.float64], corners: NDArray[np.float64]) -> tuple[float, float]:
-    """Smallest and largest distance (m) of a point from a convex polygon (n, 2)."""
-    ways = np.roll(corners, -1, axis=0) - corners
-    away = centre - corners
-    turn = ways[:, 0] * away[:, 1] - ways[:, 1] * away[:, 0]
-    along = np.clip((away * ways).sum(axis=1) / (ways**2).sum(axis=1), 0.0, 1.0)
-    nearest = np.linalg.norm(away - along[:, None] * ways, axis=1).min()
-    inside = bool((turn >= 0.0).all() or (turn <= 0.0).all())
-    return 0.0 if inside else float(nearest), float(np.linalg.norm(away, axis=1).max())
+    import shapely
+
+    return float(shapely.Polygon(corners).distance(shapely.Point(centre))), float(np.hypot(*(centre - corners).T).max())
+
+
+_EXPANSION_AT_END = 2.7  # of a casing, at which its acceleration is complete
+# Memory of one process, by rows of one to four M107 with 6 and 8 mm cells, whole and as quarters (within a twentieth).
+# Images of what symmetry leaves are joined to the whole at every output.
+_BYTES_PER_CELL, _BYTES_PER_CELL_OF_WHOLE = 2_450.0, 1_050.0
+_BYTES_AT_START = 272e6
+
+
+def expected_cost(
+    settings: BurstSettings,
+    rounds: Sequence[Round],
+    meshes: Sequence[CellMesh],
+    cells: int,
+    share: float,
+    attitudes: int | None,
+) -> ExpectedCost:
+    """Estimate what a burst will cost: `meshes` of the computed parts of rounds, `cells` a `share` of the whole."""
+    return ExpectedCost(
+        stable_time_step=min(
+            mesh.shortest_edge / max(_sound_speed(entry), entry.explosive.detonation_velocity)
+            for entry, mesh in zip(rounds, meshes, strict=True)
+        ),
+        end_time=expected_end(settings, rounds),
+        memory_bytes=_BYTES_AT_START + (_BYTES_PER_CELL + _BYTES_PER_CELL_OF_WHOLE / share) * cells,
+        attitudes=attitudes,
+    )
+
+
+def expected_end(settings: BurstSettings, rounds: Sequence[Round]) -> float | None:
+    """Time (s) at which a burst may end; None of several rounds, and of one from a mesh file.
+
+    A casing sets out when the front has passed half of its charge and grows at Gurney's speed until it has expanded as
+    far as casings are accelerated.
+    """
+    if settings.end_time is not None:
+        return settings.end_time
+    if len(rounds) > 1 or (profile := rounds[0].profile) is None:
+        return None
+    front = rounds[0].explosive.detonation_velocity
+    begin = max((point.delay for point in rounds[0].ignition), default=math.inf)
+    passage = 0.5 * (profile.charge_end - profile.charge_front) / front
+    travel = (_EXPANSION_AT_END - 1.0) * profile.max_radius / gurney_speed(front, masses_of(rounds[0]).ratio)
+    return min(float(begin + passage + travel), settings.time_limit)
+
+
+def _sound_speed(entry: Round) -> float:
+    nu = entry.casing.poisson_ratio
+    modulus = entry.casing.elastic_modulus * (1.0 - nu) / ((1.0 + nu) * (1.0 - 2.0 * nu))
+    return math.sqrt(modulus / entry.casing.density)

@@ -3,96 +3,76 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict, replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from burst_fenicsx.problem import RigidPlane
-from fragfield.case import plain
+from burst_fenicsx.problem import BurstSettings, Explosive, Mirror, Part, RigidPlane, Round
+from flight import Fragments, HeightMap
+from flight.scene.scene import Scene
+from fragfield.case import CaseTable, plain
 from fragfield.case.checks.estimates import check_numbers, given_fragments
 from fragfield.case.conversion.attitude import attitude_of, is_mixed
-from fragfield.case.conversion.clearance import min_clearance
+from fragfield.case.conversion.clearance import Body, min_clearance
 from fragfield.case.conversion.exposed_sites import exposed_sites_of
 from fragfield.case.conversion.rounds import burst_rounds, first_alike, heights, masses_of, placed
 from fragfield.case.conversion.surroundings import air_words, altitude_of, bearing_of, surroundings, wind_words
 from fragfield.case.faults import Doubt
 from fragfield.case.problem import break_up_settings, burst_geometry, burst_settings, rigid_plane
-from fragfield.checking.case_warnings import case_warnings, graded_name, mean_mass_warnings, waiting_on_estimates
-from fragfield.checking.cost import expected_cost
+from fragfield.case.tables.round import PlaneTable, RoundTable
+from fragfield.checking.case_warnings import (
+    case_warnings,
+    expected_cost,
+    graded_name,
+    mean_mass_warnings,
+    waiting_on_estimates,
+)
 from fragfield.contours.read import is_of_file
 from fragfield.hazard.contents import contents_of
 from fragfield.hazard.rules import rules_for
 from fragfield.hazard.to_apply import distance_to_apply, official_part
 from fragfield.pipeline.arena import read_arena
 from fragfield.pipeline.attitudes import attitudes_of
+from fragfield.results import check as results
 from fragfield.results.burst import ComputedPart
-from fragfield.results.check import (
-    Arrangement,
-    Checked,
-    CheckedBurst,
-    CheckedFragments,
-    CheckedMesh,
-    CheckedRound,
-    CheckedSegment,
-    ChosenGeometry,
-    Clearance,
-    Contour,
-    DrawnMass,
-    FlatGround,
-    GroundMap,
-    PlacedObstacle,
-    PlacedPlane,
-    PlacedRound,
-    PlacedSite,
-    RicochetLaw,
-    SettingsOfContact,
-    Shock,
-    Surroundings,
-)
 from fragfield.results.flight import Recovered
 from fragfield.results.part import marks
 from transition.law.mean_mass import gurney_coefficient, gurney_speed
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-    from pathlib import Path
-
     from burst_fenicsx.geometry import Profile
     from burst_fenicsx.meshing import MeshQuality
     from burst_fenicsx.meshing.mesh import CellMesh
-    from burst_fenicsx.problem import BurstSettings, Explosive, Mirror, Round
-    from flight import HeightMap
-    from fragfield.case import CaseTable
-    from fragfield.case.conversion.clearance import Body
-    from fragfield.case.tables.round import PlaneTable, RoundTable
 
 
-def arrangement(case: CaseTable) -> Arrangement:
+def arrangement(case: CaseTable) -> results.Arrangement:
     """Rounds, smallest clear distance, planes, surroundings and contact of a resolved case with a burst."""
     bodies = [placed(entry) for entry in case.round]
     contact = burst_settings(case).contact
     nearest = min_clearance(bodies)
-    return Arrangement(
+    return results.Arrangement(
         attitude=attitude_of(case),
         rounds=tuple(
-            PlacedRound(
+            results.PlacedRound(
                 name=entry.name,
                 position=entry.position,
                 axis=entry.axis,
                 ignition_points=len(entry.ignition or []),
                 delays=(min(times), max(times)) if (times := [p.delay for p in entry.ignition or []]) else None,
-                initiation=Shock(**entry.initiation.model_dump()) if entry.initiation else None,
+                initiation=results.Shock(**entry.initiation.model_dump()) if entry.initiation else None,
             )
             for entry in case.round
         ),
         min_clearance=nearest
-        and Clearance(
+        and results.Clearance(
             rounds=(case.round[nearest[0]].name, case.round[nearest[1]].name), clearance=max(nearest[2], 0.0)
         ),
         planes=tuple(_plane(case, plane, bodies) for plane in case.plane),
         surroundings=describe_surroundings(case),
-        contact=SettingsOfContact(
+        contact=results.SettingsOfContact(
             charge_casing=contact.charge_casing,
             cohesion=contact.cohesion,
             tensile_strength=contact.tensile_strength,
@@ -103,68 +83,66 @@ def arrangement(case: CaseTable) -> Arrangement:
     )
 
 
-def _plane(case: CaseTable, plane: PlaneTable, bodies: Sequence[Body]) -> PlacedPlane:
+def _plane(case: CaseTable, plane: PlaneTable, bodies: Sequence[Body]) -> results.PlacedPlane:
     low = [heights(body, plane)[0] for body in bodies]
     nearest = int(np.argmin(np.round(low, 9)))
     rigid = rigid_plane(plane)
-    return PlacedPlane(
+    return results.PlacedPlane(
         name=plane.name, kind=plane.kind, point=rigid.point, normal=rigid.normal,
         friction_angle_deg=rigid.friction_angle if isinstance(rigid, RigidPlane) else None,
         nearest_round=case.round[nearest].name, clearance=max(low[nearest], 0.0),
     )  # fmt: skip
 
 
-def describe_surroundings(case: CaseTable) -> Surroundings:
+def describe_surroundings(case: CaseTable) -> results.Surroundings:
     """Ground, ricochet, obstacles and exposed sites in numbers, for `fragfield check` (m)."""
-    from flight.scene.scene import Scene
-
     made = surroundings(case)
     ground, ricochet, scene = made["ground"], made["ricochet"], Scene(made["ground"])
     obstacles = []
     for obstacle, entry in zip(made["obstacles"], case.obstacle, strict=True):
         tops = obstacle.crest(scene.ground_at)[1]
         obstacles.append(
-            PlacedObstacle(
+            results.PlacedObstacle(
                 name=entry.name, kind=entry.kind, base=float(tops.min()) - obstacle.height, top=float(tops.max()),
                 height=obstacle.height, follows=bool(np.ptp(tops) > 0.0), ricochet=entry.ricochet,
             )
         )  # fmt: skip
-    return Surroundings(
-        ground=FlatGround(height=ground) if isinstance(ground, float) else _map_extent(ground),
+    return results.Surroundings(
+        ground=results.FlatGround(height=ground) if isinstance(ground, float) else _map_extent(ground),
         altitude=altitude_of(case) if case.flight.air.model == "standard" else None,
         air=air_words(case),
         wind=wind_words(case),
-        ricochet=ricochet and RicochetLaw(**asdict(ricochet)),
+        ricochet=ricochet and results.RicochetLaw(**asdict(ricochet)),
         obstacles=tuple(obstacles),
         exposed=tuple(describe_exposed(case)),
     )
 
 
-def _map_extent(ground: HeightMap) -> GroundMap:
+def _map_extent(ground: HeightMap) -> results.GroundMap:
     (west, south), (east, north) = ground.corner, ground.end
     heights = ground.heights
-    stated = {key: value for key, value in ground.facts.items() if key in marks(GroundMap)}
-    return GroundMap(
+    stated = {key: value for key, value in ground.facts.items() if key in marks(results.GroundMap)}
+    return results.GroundMap(
         map=ground.name, nodes=(heights.shape[1], heights.shape[0]), cell=(ground.step[0], ground.step[1]),
         x=(west, east), y=(south, north), z=(float(heights.min()), float(heights.max())),
         datum=ground.datum, **stated,
     )  # fmt: skip
 
 
-def describe_exposed(case: CaseTable) -> Iterator[PlacedSite]:
+def describe_exposed(case: CaseTable) -> Iterator[results.PlacedSite]:
     """Distance and direction of the nearest edge of each exposed site."""
     for exposed in exposed_sites_of(case):
         away = exposed.edge() - np.asarray(case.flight.origin)
         distance = np.hypot(away[:, 0], away[:, 1])
         nearest = int(np.argmin(distance))
         azimuth = math.degrees(math.atan2(away[nearest, 1], away[nearest, 0])) % 360.0
-        yield PlacedSite(
+        yield results.PlacedSite(
             name=exposed.table.name, kind=exposed.table.kind, distance=float(distance[nearest]), azimuth_deg=azimuth,
             bearing_deg=bearing_of(case, azimuth),
         )  # fmt: skip
 
 
-def check_report(case: CaseTable) -> CheckedBurst:
+def check_report(case: CaseTable) -> results.CheckedBurst:
     """What `fragfield check` reports of a resolved case with a burst.
 
     Raises InputError: the mesh cannot be made, since the contours do not allow it or a mesh file is at fault.
@@ -182,7 +160,7 @@ def check_report(case: CaseTable) -> CheckedBurst:
     ]
     meshed: dict[tuple[Any, ...], CellMesh] = {}
     qualities: dict[tuple[Any, ...], MeshQuality] = {}
-    descriptions: dict[int, CheckedRound] = {}
+    descriptions: dict[int, results.CheckedRound] = {}
     for key, index, cuts in zip(computed, part.indices, part.cuts, strict=True):
         if key not in meshed:
             meshed[key], qualities[key] = _meshed(rounds[index], settings, cuts)
@@ -196,12 +174,12 @@ def check_report(case: CaseTable) -> CheckedBurst:
     symmetry = ComputedPart.of_stage(part.summary())
     attitudes = attitudes_of(case) if is_mixed(case) else None
     expected = expected_cost(settings, rounds, [meshed[key] for key in of_round], cells, symmetry.share, attitudes)
-    return CheckedBurst(
+    return results.CheckedBurst(
         case=plain(case),
         rounds=tuple(described),
         arrangement=arrangement(case),
-        geometry=ChosenGeometry(choice=settings.geometry, reason=burst_geometry(case).reason),
-        mesh=CheckedMesh(
+        geometry=results.ChosenGeometry(choice=settings.geometry, reason=burst_geometry(case).reason),
+        mesh=results.CheckedMesh(
             cells=cells,
             nodes=sum(qualities[key].nodes for key in computed),
             min_scaled_jacobian=min(one.min_scaled_jacobian for one in qualities.values()),
@@ -220,13 +198,13 @@ def check_report(case: CaseTable) -> CheckedBurst:
     )
 
 
-def _of_drawing(table: RoundTable, known: CheckedRound) -> dict[str, Any]:
+def _of_drawing(table: RoundTable, known: results.CheckedRound) -> dict[str, Any]:
     made: dict[str, Any] = {}
     if isinstance(table.profile, dict) and is_of_file(table.profile):
-        made["contour"] = Contour(source=table.profile["source"], notes=table.profile.get("notes", ""))
+        made["contour"] = results.Contour(source=table.profile["source"], notes=table.profile.get("notes", ""))
     if table.expected is not None:
         made["drawing"] = {
-            key: DrawnMass(mass=mass, deviation=exact / mass - 1.0)
+            key: results.DrawnMass(mass=mass, deviation=exact / mass - 1.0)
             for key, mass, exact in (
                 ("casing", table.expected.casing, known.casing_mass),
                 ("charge", table.expected.charge, known.charge_mass),
@@ -260,10 +238,9 @@ def _meshed(item: Round, settings: BurstSettings, cuts: Sequence[Mirror]) -> tup
     return mesh, quality(mesh)
 
 
-def _round(entry: Round, settings: BurstSettings, mesh: CellMesh, times: int) -> CheckedRound:
+def _round(entry: Round, settings: BurstSettings, mesh: CellMesh, times: int) -> results.CheckedRound:
     """What follows from a round; it is `times` its mesh."""
     from burst_fenicsx.meshing import part_volumes
-    from burst_fenicsx.problem import Part
 
     meshed = part_volumes(mesh)
     density = {Part.CASING: entry.casing.density, Part.CHARGE: entry.explosive.density}
@@ -282,7 +259,7 @@ def _round(entry: Round, settings: BurstSettings, mesh: CellMesh, times: int) ->
         }  # fmt: skip
     shape |= exact
     detonation_velocity, ratio = entry.explosive.detonation_velocity, exact["charge_mass"] / exact["casing_mass"]
-    return CheckedRound(
+    return results.CheckedRound(
         name=entry.name,
         explosive=graded_name(entry.explosive),
         casing=graded_name(entry.casing),
@@ -297,8 +274,6 @@ def _round(entry: Round, settings: BurstSettings, mesh: CellMesh, times: int) ->
 
 
 def _mesh_extent(entry: Round, mesh: CellMesh) -> dict[str, Any]:
-    from burst_fenicsx.problem import Part
-
     axis = np.array(entry.axis) / np.linalg.norm(entry.axis)
     relative = mesh.nodes - np.array(entry.position)
     height = relative @ axis
@@ -311,9 +286,7 @@ def _mesh_extent(entry: Round, mesh: CellMesh) -> dict[str, Any]:
     }
 
 
-def _segments(entry: Round, profile: Profile, mesh: CellMesh, times: int) -> Iterator[CheckedSegment]:
-    from burst_fenicsx.problem import Part
-
+def _segments(entry: Round, profile: Profile, mesh: CellMesh, times: int) -> Iterator[results.CheckedSegment]:
     for segment, masses in zip(profile.segments, masses_of(entry).segments, strict=True):
         inside = (mesh.station >= segment.start) & (mesh.station < segment.end)
         disc = times / (math.pi * (segment.end - segment.start))
@@ -322,7 +295,7 @@ def _segments(entry: Round, profile: Profile, mesh: CellMesh, times: int) -> Ite
         )
         ratio = masses.charge / masses.casing
         speed = gurney_speed(entry.explosive.detonation_velocity, ratio) if ratio > 0.0 else None
-        yield CheckedSegment(
+        yield results.CheckedSegment(
             name=segment.name, kind=segment.kind, start=segment.start, end=segment.end,
             mean_wall=math.sqrt(whole) - math.sqrt(inner), casing_mass=masses.casing, charge_mass=masses.charge,
             gurney_speed=speed,
@@ -345,22 +318,20 @@ def _products(explosive: Explosive, settings: BurstSettings) -> dict[str, Any]:
     }
 
 
-def fragments_report(case: CaseTable, path: Path) -> Checked:
+def fragments_report(case: CaseTable, path: Path) -> results.Checked:
     """What a file of fragments or an arena table holds, and what is doubtful in it.
 
     Raises InputError: the file cannot be read, or an arena table has not the mass of the case's rounds.
     """
     if (known := read_arena(path, case)) is None:
-        from flight import Fragments
-
         fragments = Fragments.read(path)
-        held = CheckedFragments(file=path.name, number=len(fragments), mass=float(fragments.mass.sum()))
+        held = results.CheckedFragments(file=path.name, number=len(fragments), mass=float(fragments.mass.sum()))
         warnings = given_fragments(case, path)
     else:
         table, recovered = known
-        held = CheckedFragments(
+        held = results.CheckedFragments(
             file=path.name, number=float(table.number.sum()), mass=table.total_mass,
             recovered=Recovered(**recovered.summary()),
         )  # fmt: skip
         warnings = [recovered.warning] if recovered.warning else []
-    return Checked(case=plain(case), fragments=held, warnings=tuple(warnings), **_prescribed(case))
+    return results.Checked(case=plain(case), fragments=held, warnings=tuple(warnings), **_prescribed(case))

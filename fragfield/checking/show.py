@@ -2,36 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from io import StringIO
-from typing import TYPE_CHECKING, Literal, TextIO
+from typing import Literal, TextIO
 
 from rich.table import Table
 
-from fragfield.case import to_toml
+from fragfield.case import CaseTable, to_toml
 from fragfield.case.conversion.attitude import attitude_words
 from fragfield.case.conversion.surroundings import direction_words
 from fragfield.hazard.contents import quantity_words
-from fragfield.results.check import CheckedBurst, GroundMap
+from fragfield.results import check as results
 from fragfield.results.part import to_json
 from fragfield.results.words import metres
 from fragfield.terminal.show import OFFICIAL_LABELS, number_text, plain_console, stripped
 from fragfield_base.substances import substance_title
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-
-    from fragfield.case import CaseTable
-    from fragfield.results.check import (
-        Arrangement,
-        Checked,
-        CheckedRound,
-        CheckedSegment,
-        Graded,
-        PlacedRound,
-        Surroundings,
-    )
-
 
 # Quantity, key, factor from SI, unit and digits, for reading.
 _ROUND_ROWS = (
@@ -51,7 +37,7 @@ _ROUND_ROWS = (
 
 
 def print_check(
-    found: Checked, case: CaseTable | None = None, file: TextIO | None = None, drawings: Sequence[str] = ()
+    found: results.Checked, case: CaseTable | None = None, file: TextIO | None = None, drawings: Sequence[str] = ()
 ) -> None:
     """Print what `fragfield.checking.check.check_report` found of a case, paths of drawings, and the resolved case."""
     console = plain_console(file)
@@ -63,26 +49,33 @@ def print_check(
         console.print(f"\nthe case as resolved:\n{to_toml(case, brief=True)}")
 
 
-def check_text(found: Checked) -> str:
+def check_text(found: results.Checked) -> str:
     """What `fragfield.checking.check.check_report` found, without the case."""
     text = StringIO()
     print_check(found, file=text)
     return stripped(text.getvalue())
 
 
-def _found(found: Checked) -> Iterator[str | Table]:
-    if isinstance(found, CheckedBurst):
+def _found(found: results.Checked) -> Iterator[str | Table]:
+    if isinstance(found, results.CheckedBurst):
         yield from _burst(found)
     if held := found.fragments:
         yield f"{held.file}: {held.number:.10g} fragments of {held.mass:.4g} kg"
         if held.recovered:
             yield held.recovered.words
-    yield from _prescribed(found)
+    if official := found.official:
+        for key, label in OFFICIAL_LABELS.items():
+            if (distance := getattr(official, key)) is not None:
+                yield f"{label}: {metres(distance)}, {official.source}"
+    if contents := found.contents:
+        yield quantity_words(contents.explosive, contents.tnt, contents.equivalents)
+    yield f"{found.distance_to_apply.line}, as prescribed; a larger computed distance takes its place"
+    yield from (f"  {words}" for words in found.distance_to_apply.words)
     for warning in found.warnings:
         yield f"warning: {warning}"
 
 
-def _burst(found: CheckedBurst) -> Iterator[str | Table]:
+def _burst(found: results.CheckedBurst) -> Iterator[str | Table]:
     for names, entry in _alike(found.rounds):
         yield _round_table(_listed(names), entry)
         if contour := entry.contour:
@@ -97,9 +90,8 @@ def _burst(found: CheckedBurst) -> Iterator[str | Table]:
     mesh, expected = found.mesh, found.expected
     yield f"burst: {found.geometry.choice} ({found.geometry.reason})"
     yield (
-        f"mesh: {mesh.cells} cells, {mesh.nodes} nodes, smallest scaled Jacobian "
-        f"{mesh.min_scaled_jacobian:.3f}, largest aspect ratio {mesh.max_aspect_ratio:.1f}, "
-        f"shortest edge {mesh.min_edge * 1e3:.3g} mm"
+        f"mesh: {mesh.cells} cells, {mesh.nodes} nodes, smallest scaled Jacobian {mesh.min_scaled_jacobian:.3f}, "
+        f"largest aspect ratio {mesh.max_aspect_ratio:.1f}, shortest edge {mesh.min_edge * 1e3:.3g} mm"
     )
     from burst_fenicsx.symmetry import symmetry_words
 
@@ -114,24 +106,13 @@ def _burst(found: CheckedBurst) -> Iterator[str | Table]:
         )
 
 
-def _substance(kind: Literal["explosive", "casing"], one: Graded) -> str:
+def _substance(kind: Literal["explosive", "casing"], one: results.Graded) -> str:
     title = substance_title(one.name, kind) if one.grades else "values of the user's own"
     return f"{kind} {one.name}: {title}{f' ({one.grades})' if one.grades else ''}"
 
 
-def _prescribed(found: Checked) -> Iterator[str | Table]:
-    if official := found.official:
-        for key, label in OFFICIAL_LABELS.items():
-            if (distance := getattr(official, key)) is not None:
-                yield f"{label}: {metres(distance)}, {official.source}"
-    if contents := found.contents:
-        yield quantity_words(contents.explosive, contents.tnt, contents.equivalents)
-    yield f"{found.distance_to_apply.line}, as prescribed; a larger computed distance takes its place"
-    yield from (f"  {words}" for words in found.distance_to_apply.words)
-
-
-def _alike(rounds: Sequence[CheckedRound]) -> list[tuple[list[str], CheckedRound]]:
-    groups: list[tuple[list[str], CheckedRound]] = []
+def _alike(rounds: Sequence[results.CheckedRound]) -> list[tuple[list[str], results.CheckedRound]]:
+    groups: list[tuple[list[str], results.CheckedRound]] = []
     for entry in rounds:
         same = next((group for group in groups if replace(group[1], name=entry.name) == entry), None)
         if same is None:
@@ -147,7 +128,7 @@ def _listed(names: list[str]) -> str:
     return f"{names[0]}, {names[1]}, ... {names[-1]} ({len(names)} rounds alike)"
 
 
-def _arrangement(found: Arrangement) -> Iterator[str | Table]:
+def _arrangement(found: results.Arrangement) -> Iterator[str | Table]:
     table = Table(title="arrangement", title_justify="left", box=None, pad_edge=False)
     for head in ("round", "x mm", "y mm", "z mm", "axis", "initiated"):
         table.add_column(head, justify="right" if head.endswith("mm") else "left")
@@ -182,7 +163,7 @@ def _arrangement(found: Arrangement) -> Iterator[str | Table]:
     yield f"contact: {inner}; {outer}"
 
 
-def _map(ground: GroundMap) -> Iterator[str | Table]:
+def _map(ground: results.GroundMap) -> Iterator[str | Table]:
     (west, east), (south, north), (low, high) = ground.x, ground.y, ground.z
     yield (
         f"ground: {ground.map}, {ground.nodes[0]} x {ground.nodes[1]} nodes {ground.cell[0]:.5g} m by "
@@ -201,8 +182,8 @@ def _map(ground: GroundMap) -> Iterator[str | Table]:
         yield f"  {label}: {words}"
 
 
-def _surroundings(found: Surroundings) -> Iterator[str | Table]:
-    if isinstance(found.ground, GroundMap):
+def _surroundings(found: results.Surroundings) -> Iterator[str | Table]:
+    if isinstance(found.ground, results.GroundMap):
         yield from _map(found.ground)
     yield f"air: {found.air}"
     yield f"wind: {found.wind}"
@@ -224,7 +205,7 @@ def _surroundings(found: Surroundings) -> Iterator[str | Table]:
         yield f"exposed {site.name}: {site.kind}, {site.distance:.1f} m at {where}"
 
 
-def _ignition(entry: PlacedRound) -> str:
+def _ignition(entry: results.PlacedRound) -> str:
     words = []
     if entry.delays is not None:
         first, last = (f"{time * 1e6:.4g}" for time in entry.delays)
@@ -238,7 +219,7 @@ def _ignition(entry: PlacedRound) -> str:
     return ", or ".join(words)
 
 
-def _round_table(title: str, entry: CheckedRound) -> Table:
+def _round_table(title: str, entry: results.CheckedRound) -> Table:
     table = Table(title=title, title_justify="left", box=None, show_header=False, pad_edge=False)
     for label, key, factor, unit in _ROUND_ROWS:
         if (value := getattr(entry, key)) is not None:
@@ -253,7 +234,7 @@ def _round_table(title: str, entry: CheckedRound) -> Table:
     return table
 
 
-def _segment_table(segments: Sequence[CheckedSegment]) -> Table:
+def _segment_table(segments: Sequence[results.CheckedSegment]) -> Table:
     table = Table(box=None, pad_edge=False)
     for head in ("segment", "kind", "from mm", "to mm", "mean wall mm", "casing kg", "charge kg", "Gurney m/s"):
         table.add_column(head, justify="left" if head in ("segment", "kind") else "right")

@@ -5,21 +5,20 @@ from __future__ import annotations
 import re
 import struct
 from collections import Counter
+from collections.abc import Iterator, Sequence
 from functools import partial
 from io import BytesIO
 from itertools import pairwise
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fragfield.contours.curves import FINE, Curve, Sheet, folded, is_axis_name, sampled
+from fragfield.contours.section import FINE, Curve, Sheet, folded, is_axis_name, sampled
 from fragfield.errors import InputError
 from fragfield_base.reading import read_bytes
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-    from pathlib import Path
-
     from ezdxf.document import Drawing
     from ezdxf.entities.dxfgfx import DXFGraphic
 
@@ -60,16 +59,19 @@ def read_dxf(path: Path, *, unit: float | None, layers: Sequence[str] | None, to
         if kind not in _CURVES:
             ignored[kind] += 1
             continue
-        if _is_off(document, entity, layer):
+        known = document.layers.get(layer) if layer in document.layers else None
+        if entity.dxf.get("invisible", 0) or (known is not None and (known.is_off() or known.is_frozen())):
             ignored["on a layer that is off or frozen, or invisible"] += 1
             continue
-        line = _line_type(document, entity, layer)
+        line = str(entity.dxf.get("linetype", "BYLAYER"))
+        if line.upper() in ("BYLAYER", "BYBLOCK"):
+            line = "" if known is None else str(known.dxf.linetype)
         pieces = [Curve(points * found, layer) for points in _points(path, entity, FINE * tolerance / found)]
         if not pieces:
             ignored[f"{kind} of no length"] += 1
             continue
         if _CENTRE.search(line) or (is_axis_name(layer) and kind == "LINE"):
-            axes += [piece for piece in pieces if piece.is_straight]
+            axes += [piece for piece in pieces if len(piece.points) == 2]
             continue
         if _HIDDEN.search(line):
             ignored[f"{kind} of line type {line}"] += 1
@@ -112,10 +114,14 @@ def _unit(path: Path, document: Drawing, asked: float | None) -> tuple[float, li
     code = int(document.header.get("$INSUNITS", 0))
     name, metres = _UNITS.get(code, ("", 0.0))
     if asked is None and not name:
+        from ezdxf import bbox
+
+        box = bbox.extents(document.modelspace(), fast=True)
+        extent = f"{box.size.x:.6g} x {box.size.y:.6g}" if box.has_data else "nothing"
         metric = document.header.get("$MEASUREMENT", None)
         hint = {0: "; its $MEASUREMENT is imperial", 1: "; its $MEASUREMENT is metric"}.get(metric, "")
         raise InputError(
-            f"{path}: the file names no unit ($INSUNITS is {code}{hint}), and its extent is {_extent_words(document)}; "
+            f"{path}: the file names no unit ($INSUNITS is {code}{hint}), and its extent is {extent}; "
             'needed: unit, the length of one unit of the file, such as "1 mm" or "1 in"'
         )
     if asked is None:
@@ -123,13 +129,6 @@ def _unit(path: Path, document: Drawing, asked: float | None) -> tuple[float, li
     if name and abs(asked / metres - 1.0) > 1e-6:
         return asked, [f"unit {1e3 * asked:g} mm as asked for, though $INSUNITS says {name}"]
     return asked, [f"unit {1e3 * asked:g} mm"]
-
-
-def _extent_words(document: Drawing) -> str:
-    from ezdxf import bbox
-
-    box = bbox.extents(document.modelspace(), fast=True)
-    return f"{box.size.x:.6g} x {box.size.y:.6g}" if box.has_data else "nothing"
 
 
 def _layers(path: Path, document: Drawing, names: Sequence[str]) -> set[str]:
@@ -168,22 +167,6 @@ def _entities(document: Drawing, ignored: Counter[str], notes: list[str]) -> Ite
             )
             # What a block holds on layer 0 lies on the layer of its reference.
             waiting += [(one, layer if one.dxf.layer == "0" else one.dxf.layer, depth + 1) for one in reversed(inner)]
-
-
-def _is_off(document: Drawing, entity: DXFGraphic, layer: str) -> bool:
-    if entity.dxf.get("invisible", 0):
-        return True
-    if layer not in document.layers:
-        return False
-    found = document.layers.get(layer)
-    return found.is_off() or found.is_frozen()
-
-
-def _line_type(document: Drawing, entity: DXFGraphic, layer: str) -> str:
-    name = str(entity.dxf.get("linetype", "BYLAYER"))
-    if name.upper() in ("BYLAYER", "BYBLOCK"):
-        return str(document.layers.get(layer).dxf.linetype) if layer in document.layers else ""
-    return name
 
 
 def _points(path: Path, entity: Any, deviation: float) -> Iterator[np.ndarray[Any, Any]]:  # noqa: ANN401 - ezdxf's

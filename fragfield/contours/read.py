@@ -4,29 +4,23 @@ from __future__ import annotations
 
 import hashlib
 import re
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
-from fragfield.contours.curves import Curve, counted
-from fragfield.contours.section import Section, casing_section
+from fragfield.contours.section import Curve, Section, Sheet, casing_section, counted
 from fragfield.errors import InputError
 from fragfield_base.reading import read_bytes
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-
-    from numpy.typing import NDArray
-
-    from fragfield.contours.curves import Sheet
-
-    Array = NDArray[np.float64]
-    from collections.abc import Mapping
-    from pathlib import Path
-
     from fragfield.case.tables.round import ContourTable
+
+Array = NDArray[np.float64]
 
 
 _LINE = re.compile(r"^\s*([xy])\s*=\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*$")
@@ -98,7 +92,6 @@ def find_axis(path: object, sheet: Sheet, asked: str | None, near: float) -> Axi
 
 
 def _centre_lines(path: object, sheet: Sheet, points: Array, near: float) -> list[Axis]:
-    """Different long centre lines."""
     extent = float(np.ptp(points, axis=0).max())
     found: dict[tuple[str, int], Axis] = {}
     for line in sheet.axes:
@@ -123,6 +116,8 @@ def _centre_lines(path: object, sheet: Sheet, points: Array, near: float) -> lis
 
 def _possible(points: Array, near: float) -> Iterator[Axis]:
     """X = 0 and y = 0 where the section begins there, and lines about which it is symmetric."""
+    from scipy.spatial import cKDTree
+
     directions: tuple[Literal["horizontal", "upright"], ...] = ("horizontal", "upright")
     for along, direction in enumerate(directions):
         across = points[:, 1 - along]
@@ -130,35 +125,23 @@ def _possible(points: Array, near: float) -> Iterator[Axis]:
         middle = 0.5 * (low + high)
         if abs(low) <= near or abs(high) <= near:
             yield Axis(direction, 0.0, f"the section begins at {'yx'[along]} = 0")
-        elif _is_mirrored(points, along, middle, near):
+            continue
+        mirrored = points.copy()
+        mirrored[:, 1 - along] = 2.0 * middle - mirrored[:, 1 - along]
+        if cKDTree(points).query(mirrored)[0].max() <= near:
             yield Axis(direction, 0.0 if abs(middle) <= near else middle, "the section is symmetric about it")
 
 
-def _is_mirrored(points: Array, along: int, middle: float, near: float) -> bool:
-    from scipy.spatial import cKDTree
-
-    mirrored = points.copy()
-    mirrored[:, 1 - along] = 2.0 * middle - mirrored[:, 1 - along]
-    return bool(np.all(cKDTree(points).query(mirrored)[0] <= near))
-
-
 def _longer(points: Array, possible: Sequence[Axis]) -> Axis | None:
-    """The only one, or of two at right angles that along which the round is slender."""
     if len(possible) == 1:
         return possible[0]
     if len(possible) != 2 or possible[0].direction == possible[1].direction:
         return None
-    slender = {one.direction: _slenderness(points, one) for one in possible}
-    for one in possible:
-        if slender[one.direction] >= _SLENDER:
+    for one in possible:  # length over the diameter about it, or over the width where the section begins there
+        diameter = 2.0 * np.abs(points[:, 1 - one.along] - one.offset).max()
+        if np.ptp(points[:, one.along]) >= _SLENDER * diameter:
             return Axis(one.direction, one.offset, f"{one.why}, and it is the longer way")
     return None
-
-
-def _slenderness(points: Array, axis: Axis) -> float:
-    """Length over the diameter that the section has about an axis, or over its width where it begins there."""
-    radius = np.abs(points[:, 1 - axis.along] - axis.offset).max()
-    return float(np.ptp(points[:, axis.along]) / max(2.0 * radius, 1e-300))
 
 
 def find_nose(path: object, curves: Sequence[Curve], axis: Axis, asked: str | None) -> tuple[float, float, str]:
@@ -166,7 +149,9 @@ def find_nose(path: object, curves: Sequence[Curve], axis: Axis, asked: str | No
 
     `curves` are those of `turned`. Raises InputError where both ends are about as wide, or the side is not an end.
     """
-    points = np.concatenate([_refined(one.points) for one in curves])
+    # with further points between, so that a long line has some near its ends
+    refined = ([np.linspace(*ends, 201) for ends in pairwise(one.points)] for one in curves if len(one.points) < 100)
+    points = np.concatenate([*(one.points for one in curves), *(part for parts in refined for part in parts)])
     low, high = float(points[:, 0].min()), float(points[:, 0].max())
     words = ("left", "right") if axis.direction == "horizontal" else ("bottom", "top")
     if asked is not None:
@@ -191,12 +176,6 @@ def find_nose(path: object, curves: Sequence[Curve], axis: Axis, asked: str | No
     side = words[0] if first < last else words[1]
     why = f"nose {side}, the narrower end ({nose:.4g} mm in diameter, the other {base:.4g} mm)"
     return (low, 1.0, why) if first < last else (high, -1.0, why)
-
-
-def _refined(points: Array) -> Array:
-    """Points with further ones between, so that a long line has some near its ends."""
-    parts = [np.linspace(start, end, 201) for start, end in pairwise(points)]
-    return np.concatenate(parts) if len(points) < 100 else points
 
 
 KINDS = (".dxf", ".csv", ".tsv", ".txt", ".xlsx", ".ods")
@@ -305,7 +284,6 @@ def _of_drawing(table: ContourTable, path: Path) -> tuple[Section, list[str], fl
 
 
 def _points(path: Path, line: Array, name: str) -> dict[str, Any]:
-    """Points as a profile has them, in rounded millimetres."""
     if len(line) > _MOST_POINTS:
         raise InputError(f"{path}: the {name} has {len(line)} points; allowed: {_MOST_POINTS}; give a larger tolerance")
     return {"points": (np.round(1e3 * line, _DIGITS) + 0.0).tolist()}

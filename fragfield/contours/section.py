@@ -2,21 +2,117 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import re
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
-from fragfield.contours.curves import Curve
-from fragfield.errors import InputError
+from fragfield.errors import InputError, nearest
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
+    from shapely import LineString
 
-    from numpy.typing import NDArray
 
-    Array = NDArray[np.float64]
+FINE = 0.05
+"""Chords of a curve fall short of it by this share of the tolerance at most."""
+_AXIS_NAME = re.compile(
+    r"(^|[^a-z])(cl|axis|axes|achse|axe|eje|cent(er|re)[ _-]?lines?|mittellinie|rotachse)([^a-z]|$)"
+)
+_MOST_POINTS = 1 << 14  # of one curve
+
+
+@dataclass(frozen=True, eq=False)
+class Curve:
+    """A smooth piece of a drawing: a line, an arc, a spline."""
+
+    points: Array
+    """(n, 2) float64: on the curve, from its start to its end (m), up is +y."""
+    layer: str = ""
+    """Its layer."""
+
+    @cached_property
+    def line(self) -> LineString:
+        """Its points as shapely has them."""
+        import shapely
+
+        return shapely.LineString(self.points)
+
+    @property
+    def length(self) -> float:
+        """Length (m)."""
+        return float(self.line.length)
+
+
+@dataclass(frozen=True, eq=False)
+class Sheet:
+    """What a drawing holds."""
+
+    curves: list[Curve]
+    """Of the contour."""
+    axes: list[Curve]
+    """Lines that are drawn as centre lines."""
+    unit: float
+    """Length of one unit of the file (m)."""
+    layers: dict[str, int] = field(default_factory=dict)
+    """Number of curves by layer."""
+    ignored: dict[str, int] = field(default_factory=dict)
+    """Number of entities that are no contour, by what they are."""
+    notes: list[str] = field(default_factory=list)
+    """What was found, in words."""
+
+    def place(self, x: float, y: float) -> str:
+        """A position (m) in the file's coordinates, for messages."""
+        return f"({x / self.unit + 0.0:.6g}, {y / self.unit + 0.0:.6g})"
+
+    @property
+    def points(self) -> Array:
+        """All points of the contour (n, 2)."""
+        return np.concatenate([one.points for one in self.curves])
+
+
+def is_axis_name(name: str) -> bool:
+    """Whether a layer or a label is called as centre lines are."""
+    return _AXIS_NAME.search(name.casefold()) is not None
+
+
+def folded(path: object, names: Iterable[str], known: set[str]) -> set[str]:
+    """Names of layers in lower case; raises InputError for one that a drawing does not have."""
+    for name in names:
+        if name.casefold() not in {one.casefold() for one in known}:
+            allowed = ", ".join(sorted(known)) or "none, without names"
+            raise InputError(f'{path}: layers: found "{name}"{nearest(name, known)}; allowed: {allowed}')
+    return {name.casefold() for name in names}
+
+
+def counted(numbers: dict[str, int]) -> str:
+    """Numbers by name, in words."""
+    return ", ".join(f"{number} {name}" for name, number in sorted(numbers.items()))
+
+
+def sampled(at: Callable[[Array], Sequence[Sequence[float]] | Iterable[Sequence[float]]], deviation: float) -> Array:
+    """Points of a curve over its parameter, so many that no chord is farther from it than `deviation`.
+
+    `at`: positions for parameters (n,) from 0 to 1; `deviation`: in the unit of the positions.
+    """
+    number = 8
+    while True:
+        fine = np.array([tuple(point)[:2] for point in at(np.linspace(0.0, 1.0, 2 * number + 1))], dtype=np.float64)
+        points, middles = fine[::2], fine[1::2]
+        chord = np.diff(points, axis=0)
+        length = np.maximum(np.hypot(*chord.T), 1e-300)
+        away = middles - points[:-1]
+        off = np.abs(chord[:, 0] * away[:, 1] - chord[:, 1] * away[:, 0]) / length
+        if off.max() <= deviation or number >= _MOST_POINTS:
+            return points
+        number *= 2
+
+
+Array = NDArray[np.float64]
 
 
 _STEP = 2.0  # tolerances: the length of the cone that stands for a step in radius
@@ -183,7 +279,6 @@ class _Half:
         return Section(made[0], made[1], self.notes)
 
     def _two_lines(self) -> tuple[list[Array], list[Array]]:
-        """Smooth pieces of the outer contour and of the cavity."""
         chains, near = self.chains, self.near
         if len(chains) > 2 or (len(chains) == 2 and any(one.is_closed for one in chains)):
             listed = "; ".join(
@@ -216,7 +311,6 @@ class _Half:
         return self._split(ring[:-1] if abs(ends[0, 0] - ends[1, 0]) <= near else ring)
 
     def _pieces(self, points: Array) -> list[Array]:
-        """A line cut where curves of the drawing meet."""
         inner = [at for at in range(1, len(points) - 1) if tuple(points[at]) in self.corners]
         return [points[start : end + 1] for start, end in pairwise([0, *inner, len(points) - 1])]
 
@@ -300,7 +394,6 @@ def chords(parts: Sequence[Array], tolerance: float) -> Array:
 
 
 def _difference(one: Section, other: Section) -> tuple[float, float]:
-    """Largest difference (m) of the radii of two halves, and its station."""
     worst = (0.0, 0.0)
     for first, second in ((one.outer, other.outer), (one.cavity, other.cavity)):
         ends = float(np.abs(first[[0, -1], 0] - second[[0, -1], 0]).max())

@@ -3,27 +3,24 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from itertools import pairwise
+from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fragfield.contours.section import Section, chords, with_cones
 from fragfield.errors import InputError
 from fragfield.importing.columns import NotANumberError, decimal_of, number_of
-from fragfield.importing.sheet import QuestionError, read_sheet
+from fragfield.importing.sheet import Cell, QuestionError, Row, read_sheet
 from fragfield_base.units import UnitError, read_measure
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-    from pathlib import Path
-
-    from numpy.typing import NDArray
-
     from fragfield.case.tables.round import ContourTable
-    from fragfield.importing.sheet import Cell, Row
 
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 
 _WHAT = {
@@ -99,7 +96,6 @@ def _hollow(radius: Array) -> NDArray[np.bool_]:
 
 
 def _rows(path: Path) -> tuple[list[str], list[Row], str, list[str]]:
-    """Column names, lines with their cells, how their numbers are read, and what was concluded of the file."""
     sheet = read_sheet(path)
     if len(sheet.rows) < 3:
         raise InputError(f"{path}: found {len(sheet.rows)} lines; needed: a line of column names and two rows or more")
@@ -147,7 +143,6 @@ def _columns(path: Path, names: Sequence[str], table: ContourTable) -> dict[str,
 
 
 def _unit(path: Path, name: str, table: ContourTable) -> float:
-    """Length (m) of the unit of a column, by its name or as asked for."""
     named, unit = _UNIT.search(name.strip()), table.unit_length
     if named is None and unit is None:
         raise InputError(
@@ -179,7 +174,6 @@ def _number(path: Path, row: Row, column: _Column, decimal: str) -> float:
 
 
 def _nose(path: Path, table: ContourTable, name: str, outer: Array) -> tuple[bool, str]:
-    """Whether the nose is at the smallest station, and how that is known."""
     if table.nose is not None:
         if table.nose not in ("first", "last"):
             raise InputError(

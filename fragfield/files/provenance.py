@@ -13,6 +13,7 @@ from importlib import metadata
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from fragfield.case.schema import CaseTable
 from fragfield.case.write import to_toml
 from fragfield.errors import InputError, nearest
 from fragfield.files.run_directory import STAGES, RunDirectory
@@ -22,36 +23,19 @@ from fragfield_base.hdf5_files import reading
 from fragfield_base.version import __version__
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     import h5py
 
-    from fragfield.case.schema import CaseTable
 
-
-_DISTRIBUTIONS = {
-    "numpy": "numpy",
-    "scipy": "scipy",
-    "numba": "numba",
-    "h5py": "h5py",
-    "dolfinx": "fenics-dolfinx dolfinx-solver-real",  # PyPI's wheel is named by its maker
-    "petsc4py": "petsc4py",
-    "mpi4py": "mpi4py",
-    "mpich": "mpich",
-    "gmsh": "gmsh",
-    "meshio": "meshio",
-    "matplotlib": "matplotlib",
-    "pydantic": "pydantic",
-    "geographiclib": "geographiclib",
-}
+_LIBRARIES = "numpy scipy numba h5py dolfinx petsc4py mpi4py mpich gmsh meshio matplotlib pydantic geographiclib"
+_MAKERS = {"dolfinx": ("fenics-dolfinx", "dolfinx-solver-real")}  # PyPI's wheel is named by its maker
 
 
 @cache
 def versions() -> dict[str, str]:
     """Versions of the program, of Python and of what the results may depend on; nothing is imported for it."""
     found = {"fragfield": __version__, "python": platform.python_version()}
-    for name, distributions in _DISTRIBUTIONS.items():
-        for distribution in distributions.split():
+    for name in _LIBRARIES.split():
+        for distribution in _MAKERS.get(name, (name,)):
             with suppress(metadata.PackageNotFoundError):
                 found[name] = metadata.version(distribution)
     return found
@@ -75,18 +59,10 @@ def revision() -> str:
 
 
 def provenance_of(case: CaseTable) -> dict[str, str]:
-    """What every output file of a run carries.
+    """What every output file of a run of a resolved case carries.
 
-    Parameters
-    ----------
-    case : CaseTable
-        The resolved case.
-
-    Returns
-    -------
-    dict of str to str
-        `case` (TOML), `versions` (JSON), `seed`, `program`, `program_version`, `revision`, `platform`, `environment`
-        (JSON: variables of libraries that the command line has ignored, and that it has kept) and `date` (UTC).
+    `case` (TOML), `versions` (JSON), `seed`, `program`, `program_version`, `revision`, `platform`, `environment` (JSON:
+    variables of libraries that the command line has ignored, and that it has kept) and `date` (UTC).
     """
     return {
         "case": to_toml(case),
@@ -104,21 +80,9 @@ def provenance_of(case: CaseTable) -> dict[str, str]:
 def describe(path: Path) -> dict[str, Any]:
     """Describe a run directory or an HDF5 file.
 
-    Parameters
-    ----------
-    path : Path
-        Directory or file.
-
-    Returns
-    -------
-    dict
-        For a directory `directory`, `title`, `stages`, `files` (bytes) and `summary`; for a file `file`, `format`,
-        `attributes` and `datasets` (shape and type).
-
-    Raises
-    ------
-    InputError
-        There is no such thing, or the file is cut off or not one of this program's.
+    Of a directory `directory`, `title`, `stages`, `files` (bytes) and `summary`; of a file `file`, `format`,
+    `attributes` and `datasets` (shape and type). Raises InputError: there is no such thing, or the file is cut off or
+    not one of this program's.
     """
     if path.is_dir():
         return _directory(RunDirectory(path))

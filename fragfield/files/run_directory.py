@@ -5,28 +5,31 @@ case or of another, keeps them: it is refused, unless `resume` continues the sam
 run's files (only those), or a stage's own inputs are unchanged. One that holds anything else is always refused. While
 a command writes into it, others are refused by a lock, which the system takes away from a process that ends, however
 it ends.
+
+case.toml and summary.json show whether they were changed, by a checksum: the last line of the one, the last key of the
+other.
 """
 
 from __future__ import annotations
 
+import hashlib
+import json
 import os
+import re
 import shutil
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from fragfield.case import differences, read_resolved, to_toml
+from fragfield.case import CaseTable, differences, read_resolved, to_toml
+from fragfield.case.load import MOST_CASE
 from fragfield.errors import InputError
-from fragfield.files.stamped import read_stamped_json, stamped_json, stamped_toml, stored_case_text
 from fragfield.results.part import to_json
 from fragfield.results.summary import Summary, read_summary
+from fragfield_base.reading import read_text
 from fragfield_base.writing import DRAFT, locked, write_text
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
-
-    from fragfield.case import CaseTable
 
 
 @dataclass(frozen=True)
@@ -245,7 +248,6 @@ class RunDirectory:
             yield
 
     def _results(self, stages: Sequence[Stage] = tuple(STAGES.values())) -> list[str]:
-        """Files that took computing."""
         return [name for stage in stages for name in stage.files if self.file(name).exists()]
 
     def _refuse_foreign(self) -> None:
@@ -306,3 +308,73 @@ def _differ(path: Path, changed: Sequence[str], hint: str) -> str:
     if len(changed) > len(shown):
         shown.append(f"and {len(changed) - len(shown)} more keys")
     return "\n  ".join([f"{path}: holds the run of another case; {hint}. The cases differ in", *shown])
+
+
+_MOST_SUMMARY = 1 << 29
+_KEY = "checksum"
+_LINE = re.compile(r"\n# checksum of the lines above: ([0-9a-f]{32})\n\Z")
+
+
+def stamped_toml(text: str) -> str:
+    """A case with its checksum as the last line."""
+    return f"{text}\n# checksum of the lines above: {_digest(text)}\n"
+
+
+def stored_case_text(path: Path) -> str:
+    """Text of the case that a run directory holds, as the program has written it.
+
+    Raises InputError: the file is empty, cut off or edited.
+    """
+    text = read_text(path, InputError, most=MOST_CASE)
+    found = _LINE.search(text)
+    if found is None:
+        raise InputError(
+            f"{path}: empty, cut off, or not written by this program: its last line, the checksum, is missing; give "
+            "the case file again with --overwrite to compute the run again"
+        )
+    if found[1] != _digest(text[: found.start()]):
+        raise InputError(
+            f"{path}: was edited or damaged after the run wrote it (its checksum does not fit); allowed: the file as "
+            "it was; an edited case is a case file of its own, outside of the run directory, with --out for its results"
+        )
+    return text
+
+
+def stamped_json(summary: Mapping[str, Any]) -> str:
+    """A summary with its checksum as the last key; raises ValueError for numbers that JSON does not have."""
+    text = json.dumps(summary, indent=1, default=_plain_number, allow_nan=False)
+    whole = json.loads(text)
+    whole.pop(_KEY, None)
+    whole[_KEY] = _digest(_canonical(whole))
+    return json.dumps(whole, indent=1) + "\n"
+
+
+def read_stamped_json(path: Path) -> dict[str, Any]:
+    """Read summary.json, without its checksum; raises InputError where it is damaged."""
+    advice = "run the stages again"
+    text = read_text(path, InputError, most=_MOST_SUMMARY, advice=advice)
+    try:
+        found = json.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"{path}: damaged ({error}); {advice}") from None
+    if not isinstance(found, dict):
+        raise InputError(f"{path}: damaged (not a table); {advice}")
+    stamp = found.pop(_KEY, None)
+    if stamp is not None and stamp != _digest(_canonical(found)):
+        raise InputError(f"{path}: damaged or edited (its checksum does not fit); {advice}")
+    return found
+
+
+def _canonical(found: Mapping[str, Any]) -> str:
+    return json.dumps(found, sort_keys=True, separators=(",", ":"))
+
+
+def _digest(text: str) -> str:
+    return hashlib.blake2b(text.encode("utf-8", errors="surrogatepass"), digest_size=16).hexdigest()
+
+
+def _plain_number(value: object) -> object:
+    if hasattr(value, "tolist"):
+        return value.tolist()
+    message = f"{type(value).__name__} has no place in a summary"
+    raise TypeError(message)

@@ -2,26 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from functools import cache
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
+from numpy.typing import NDArray
 
-from fragfield.case.conversion.clearance import min_clearance, placed_body
+from fragfield.case import CaseTable
+from fragfield.case.conversion.clearance import Body, min_clearance, placed_body
 from fragfield.case.conversion.rounds import are_alike, burst_round, first_alike, images, masses_of, mirrored
 from fragfield.case.conversion.surroundings import ground_height
+from fragfield.case.tables.round import RoundTable
 from fragfield.results.rules import Contents
 from fragfield_base.substances import substance, substance_key, substance_title, substances_with
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-
-    from numpy.typing import NDArray
-
     from burst_fenicsx.geometry import Profile
-    from fragfield.case import CaseTable
-    from fragfield.case.conversion.clearance import Body
-    from fragfield.case.tables.round import RoundTable
 
 
 _SAME_HEIGHT = 1e-6  # of the ground in the burst and in flight (m)
@@ -111,20 +108,15 @@ def contents_of(case: CaseTable) -> Contents | None:
 
 
 def _on_a_line(positions: NDArray[np.float64]) -> bool:
-    """Whether two or more positions lie on one straight line."""
-    if len(positions) < 2:
-        return False
     from_first = positions - positions[0]
     farthest = from_first[np.argmax(np.linalg.norm(from_first, axis=1))]
-    length = float(np.linalg.norm(farthest))
-    if length == 0.0:
+    if not farthest.any():  # a single one
         return False
-    along = (from_first @ farthest / length)[:, None] * farthest / length
-    return bool(np.linalg.norm(from_first - along, axis=1).max() <= _ON_A_LINE)
+    beside = np.linalg.norm(np.cross(from_first, farthest), axis=1) / np.linalg.norm(farthest)
+    return bool(beside.max() <= _ON_A_LINE)
 
 
 def _clearance(case: CaseTable, profiles: Sequence[Profile]) -> float | None:
-    """Smallest clear distance (m) between the rounds of a row and their images."""
     placed = [
         (np.array(entry.position, dtype=np.float64), np.array(entry.axis, dtype=np.float64), profile)
         for profile, entry in zip(profiles, case.round, strict=True)
@@ -137,14 +129,12 @@ def _clearance(case: CaseTable, profiles: Sequence[Profile]) -> float | None:
 
 
 def _charge_diameter(profile: Profile) -> float:
-    """Largest diameter of a charge (m), at 2,001 stations and the corners of the cavity."""
     stations = np.linspace(profile.charge_front, profile.charge_end, 2001)
     corners = [at for at in profile.cavity.stations if profile.charge_front <= at <= profile.charge_end]
     return 2.0 * float(np.max(profile.section(np.concatenate([stations, corners])).charge_radius))
 
 
 def _ignited_at_once(rounds: Sequence[RoundTable]) -> bool:
-    """Whether every round has ignition points, and the first of each is ignited at the same time."""
     if not all(entry.ignition for entry in rounds):
         return False
     first = [min(point.delay for point in entry.ignition or ()) for entry in rounds]

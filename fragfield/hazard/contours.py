@@ -9,26 +9,18 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 from xml.etree import ElementTree as ET
 
 import numpy as np
+from numpy.typing import NDArray
 
 from flight.errors import InputError
-from flight.scene.plan import clipped, signed_area
-from fragfield.places.site import longitude_of
+from fragfield.places.site import Site, longitude_of
 from fragfield_base.writing import write_text
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
-
-    from numpy.typing import NDArray
-
-    from fragfield.places.site import Site
-
 
 ARC_STEP = 1.0  # degrees between two points of an arc, at most
 _KML = "http://www.opengis.net/kml/2.2"
@@ -109,7 +101,7 @@ def write_geojson(
         for contour in contours
     ]
     collection = {"type": "FeatureCollection", "features": [origin, *features], "provenance": dict(provenance or {})}
-    return _write(Path(path), json.dumps(collection, indent=1) + "\n")
+    return write_text(Path(path), json.dumps(collection, indent=1) + "\n", InputError)
 
 
 def write_kml(
@@ -131,11 +123,13 @@ def write_kml(
             _child(folders[contour.folder], "name", contour.folder)
         _placemark(folders[contour.folder], contour)
     ET.indent(root, " ")
-    return _write(Path(path), ET.tostring(root, encoding="unicode", xml_declaration=True) + "\n")
+    return write_text(Path(path), ET.tostring(root, encoding="unicode", xml_declaration=True) + "\n", InputError)
 
 
 def _geometry(contour: Contour) -> dict[str, Any]:
-    parts = [[[round(x, 9), round(y, 9)] for x, y in part.tolist()] for part in _parts(contour)]
+    parts = [
+        [[round(x, 9), round(y, 9)] for x, y in part.tolist()] for part in cut_line(contour.ring, closed=contour.closed)
+    ]
     if len(contour.ring) == 1:
         return {"type": "Point", "coordinates": parts[0][0]}
     shape = "Polygon" if contour.closed else "LineString"
@@ -145,14 +139,7 @@ def _geometry(contour: Contour) -> dict[str, Any]:
     return {"type": f"Multi{shape}", "coordinates": placed}
 
 
-def _parts(contour: Contour) -> list[NDArray[np.float64]]:
-    """A contour between -180 and 180 degrees of longitude, in parts where it crosses them."""
-    closed = contour.closed and len(contour.ring) > 1
-    return cut_outline(contour.ring) if closed else cut_line(contour.ring)
-
-
 def _simple_style(contour: Contour) -> dict[str, Any]:
-    """Colours as the simplestyle specification (1.1.0) names them."""
     color = contour.color
     if len(contour.ring) == 1:
         return {"marker-color": color}
@@ -174,7 +161,7 @@ def _placemark(folder: ET.Element, contour: Contour) -> None:
     _child(inside, "color", f"{round(255 * contour.opacity):02x}{blue}{green}{red}")
     _child(inside, "fill", "1" if contour.opacity > 0.0 else "0")
     _data(place, contour.properties)
-    parts = _parts(contour)
+    parts = cut_line(contour.ring, closed=contour.closed)
     if contour.label_at is not None or len(parts) > 1:
         place = _child(place, "MultiGeometry")
     if contour.label_at is not None:
@@ -201,69 +188,30 @@ def _child(parent: ET.Element, name: str, text: str | None = None) -> ET.Element
 
 def _data(parent: ET.Element, entries: Mapping[str, object]) -> None:
     extended = _child(parent, "ExtendedData")
-    for key, value in _texts(entries):
-        data = _child(extended, "Data")
-        data.set("name", key)
-        _child(data, "value", value)
-
-
-def _texts(entries: Mapping[str, object]) -> Iterator[tuple[str, str]]:
     for key, value in entries.items():
-        if value is None:
-            continue
-        yield key, str(value).lower() if isinstance(value, bool) else str(value)
+        if value is not None:
+            data = _child(extended, "Data")
+            data.set("name", key)
+            _child(data, "value", str(value).lower() if isinstance(value, bool) else str(value))
 
 
-def _write(path: Path, text: str) -> Path:
-    return write_text(path, text, InputError)
+def cut_line(line: NDArray[np.float64], *, closed: bool = False) -> list[NDArray[np.float64]]:
+    """Parts of a line or an outline between -180 and 180 degrees, as RFC 7946 (3.1.9) asks; a point is one part.
 
-
-def cut_outline(ring: NDArray[np.float64]) -> list[NDArray[np.float64]]:
-    """Parts of an outline between -180 and 180 degrees, each closed and counter-clockwise, as RFC 7946 (3.1.9) asks.
-
-    `ring` (k, 2) holds longitudes that do not jump, and latitudes (degrees), the first point again at the end.
+    `line` (k, 2) holds longitudes that do not jump, and latitudes (degrees); the first point of an outline again at the
+    end. Parts of an outline are closed and counter-clockwise.
     """
-    parts = []
-    for shift in _turns(ring):
-        kept = ring[:-1] - (shift, 0.0)
-        for bound in (-180.0, 180.0):
-            kept = clipped(kept, 0, bound, -math.copysign(1.0, bound)) if len(kept) else kept
-        area = signed_area(kept - kept[0]) if len(kept) > 2 else 0.0  # it is small beside the longitudes
-        if area != 0.0:
-            kept = np.clip(kept if area > 0.0 else kept[::-1], -180.0, 180.0)  # rounding
-            parts.append(np.concatenate([kept, kept[:1]]))
-    return parts
+    import shapely
 
-
-def cut_line(line: NDArray[np.float64]) -> list[NDArray[np.float64]]:
-    """Parts of a line between -180 and 180 degrees; a line of one point is that point there."""
     if len(line) == 1:
-        return [line - (_turns(line)[0], 0.0)]
-    parts: list[list[NDArray[np.float64]]] = []
-    for shift in _turns(line):
-        last = None
-        for start, end in pairwise(line - (shift, 0.0)):
-            low, high = sorted((float(start[0]), float(end[0])))
-            if high <= -180.0 or low >= 180.0:
-                continue
-            first, after = _bounded(start, end), _bounded(end, start)
-            if last is None or not np.array_equal(last, first):
-                parts.append([first])
-            parts[-1].append(after)
-            last = after
-    return [np.array(part) for part in parts]
-
-
-def _turns(points: NDArray[np.float64]) -> list[float]:
-    """Whole turns (degrees) by which parts of points lie off -180 to 180."""
-    low, high = (math.floor((value + 180.0) / 360.0) for value in (points[:, 0].min(), points[:, 0].max()))
-    if high > low and points[:, 0].max() == 360.0 * high - 180.0:
-        high -= 1  # only touches
-    return [360.0 * turn for turn in range(low, high + 1)]
-
-
-def _bounded(point: NDArray[np.float64], other: NDArray[np.float64]) -> NDArray[np.float64]:
-    """A point, or where the line to the other one comes within -180 and 180 degrees."""
-    bound = min(max(float(point[0]), -180.0), 180.0)
-    share = 0.0 if bound == point[0] else (bound - point[0]) / (other[0] - point[0])
-    return np.array([bound, point[1] + share * (other[1] - point[1])])
+        return [np.array([[longitude_of(float(line[0, 0])), line[0, 1]]])]
+    whole = shapely.geometry.polygon.orient(shapely.Polygon(line)) if closed else shapely.LineString(line)
+    first, last = (math.floor((value + 180.0) / 360.0) for value in (line[:, 0].min(), line[:, 0].max()))
+    parts = []
+    for turn in range(first, last + 1):
+        band = shapely.box(360.0 * turn - 180.0, -90.0, 360.0 * turn + 180.0, 90.0)
+        for part in shapely.get_parts(whole if first == last else shapely.make_valid(whole).intersection(band)):
+            if part.geom_type == whole.geom_type:  # not where it only touches
+                edge = shapely.geometry.polygon.orient(part).exterior if closed else part
+                parts.append(shapely.get_coordinates(edge) - (360.0 * turn, 0.0))
+    return parts

@@ -17,34 +17,30 @@ all azimuths, smoothed by the kernel of the hazard distance.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from fragfield.case.conversion.exposed_sites import exposed_sites_of, outline_of
+from flight import FlightResult, Fragments
+from flight.fluence import FluenceGrid, PolarGrid
+from flight.hazard.density.distance import ExpectedDistance
+from flight.hazard.density.expected import KINDS
+from flight.hazard.ensemble import EnsembleHazard
+from flight.hazard.exposed import Prism
+from flight.scene.targets import Witness
+from fragfield.case import CaseTable
+from fragfield.case.conversion.exposed_sites import ExposedSite, exposed_sites_of, outline_of
 from fragfield.case.conversion.surroundings import bearing_of
 from fragfield.hazard.places import LEVEL, PlaceSums, kernel_weights, sum_bound
 from fragfield.hazard.verdict import criterion_of, no_margin, part_of_criterion, verdict_of
 from fragfield.results.site import Criterion, Estimate, NotStopped, Probability, SiteWithoutRicochet
 from fragfield.results.site import ExposedSite as AssessedSite
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import NDArray
-
-    from flight import FlightResult, Fragments
-    from flight.fluence import FluenceGrid, PolarGrid
-    from flight.hazard.density.distance import ExpectedDistance
-    from flight.hazard.ensemble import EnsembleHazard
-    from flight.hazard.exposed import Prism
-    from flight.scene.targets import Witness
-    from fragfield.case import CaseTable
-    from fragfield.case.conversion.exposed_sites import ExposedSite
-
-    Fields = tuple[NDArray[np.float64], NDArray[np.float64]]
+Fields = tuple[NDArray[np.float64], NDArray[np.float64]]
 
 
 def share_bound(count: int, number: int, level: float = LEVEL) -> float:
@@ -107,22 +103,11 @@ class ExposedCounts:
 
 
 class ExposedSums:
-    """Sums of the counts over realisations, in bounded memory.
+    """Sums of the counts over realisations.
 
-    Parameters
-    ----------
-    case : CaseTable
-        Resolved; of an attitude in which it is turned, as turned.
-    sites : list of ExposedSite
-        The sites.
-    grid : PolarGrid
-        Of the fields.
-    kernel : float
-        Half-width of the azimuth kernel (degrees).
-    turned : bool
-        Whether the nose may point anywhere.
-    alike : bool
-        Whether all azimuths are alike: then the mean over them is taken.
+    `case`: resolved; of an attitude in which it is turned, as turned; `grid` of the fields; `kernel`: half-width of the
+    azimuth kernel (degrees); `turned`: the nose may point anywhere; `alike`: all azimuths are, so that the mean over
+    them is taken.
     """
 
     def __init__(
@@ -137,11 +122,7 @@ class ExposedSums:
         self._new = lambda: ExposedSums(case, sites, grid, kernel, turned=turned, alike=alike)
         self._grid, self._turned = grid, turned
         self._places: dict[tuple[float, float], PlaceSums] = {}
-        self._sums: dict[str, NDArray[np.float64]] = {}
-        self._between: dict[str, NDArray[np.float64]] = {}
-        self._most: dict[str, NDArray[np.float64]] = {}  # total of one realisation
-        self._with: dict[str, NDArray[np.int64]] = {}  # realisations with any
-        self._energy: NDArray[np.float64] | None = None
+        self._buildings: list[NDArray[Any]] = []  # of every realisation
         self._short: ExposedSums | None = None
 
     def add(self, counts: ExposedCounts, short: ExposedCounts | None = None) -> None:
@@ -153,24 +134,18 @@ class ExposedSums:
             if key not in self._places:
                 self._places[key] = PlaceSums(self._grid, key[1], self._spread)
             self._places[key].add(*field)
-        buildings = counts.buildings
-        for name in buildings.dtype.names or ():
-            values = buildings[name].astype(np.float64)
-            self._sums[name] = self._sums.get(name, 0.0) + values
-            self._between[name] = self._between.get(name, 0.0) + values**2
-            self._most[name] = np.maximum(self._most.get(name, 0.0), values)
-        for name in ("hits", "through"):
-            self._with[name] = self._with.get(name, 0) + (buildings[name] > 0).astype(np.int64)
-        self._energy = buildings["energy"] if self._energy is None else np.maximum(self._energy, buildings["energy"])
+        self._buildings.append(counts.buildings)
         self.realisations += 1
 
     def _mean(self, name: str, index: int, single: float) -> Estimate:
-        """Expected value over realisations with bound and standard error; one hit weighs at most `single`."""
         n = self.realisations
-        total, between = float(self._sums[name][index]), float(self._between[name][index])
-        squares = float(self._sums[f"{name}_squares"][index]) if f"{name}_squares" in self._sums else total
+        counted = np.stack(self._buildings)[:, index]
+        values = counted[name].astype(np.float64)
+        total, between = float(values.sum()), float((values**2).sum())
+        own = f"{name}_squares"
+        squares = float(counted[own].sum()) if own in (counted.dtype.names or ()) else total
         spread = n / (n - 1) * max(between - total**2 / n, 0.0) if n > 1 else 0.0
-        largest = max(single, float(self._most[name][index]))
+        largest = max(single, float(values.max()))
         upper = float(sum_bound(np.array(total), np.array(max(squares, spread)), np.array(largest)))
         error = math.sqrt(spread) / n if n > 1 else None
         return Estimate(expected=total / n, upper=upper / n, standard_error=error)
@@ -239,9 +214,8 @@ class ExposedSums:
         }, None
 
     def _building(self, index: int, site: ExposedSite, prism: Prism) -> tuple[dict[str, Any], float | None]:
-        assert self._energy is not None  # a flight has been added
-        n = self.realisations
-        count, through = int(self._with["hits"][index]), int(self._with["through"][index])
+        n, counted = self.realisations, np.stack(self._buildings)[:, index]
+        count, through = (int((counted[name] > 0).sum()) for name in ("hits", "through"))
         barriers = {name: getattr(prism, name).source for name in ("wall", "roof") if getattr(prism, name) is not None}
         passed = self._mean("through", index, 1.0)
         not_stopped = NotStopped(
@@ -258,7 +232,7 @@ class ExposedSums:
             "target_area": None,
             "not_stopped": not_stopped if barriers else None,
             "barrier": barriers or None,
-        }, float(self._energy[index])
+        }, float(counted["energy"].max())
 
 
 def _times(one: Estimate, factor: float) -> Estimate:
@@ -293,7 +267,7 @@ def _all_round(
     They are not where directions differ, where the site has an energy or a height of its own, or where too few
     fragments reach so far that a bound could be drawn from them.
     """
-    from flight.hazard.density.expected import KINDS
+    from scipy.special import stdtrit
 
     usual = case.hazard.energy, case.hazard.person_height
     if expected is None or expected.direction is not None or not expected.density_high.size:
@@ -305,7 +279,8 @@ def _all_round(
     ends = np.clip([distance.min(), distance.max()], 1e-3, None)
     inner = expected.radius[(expected.radius > ends[0]) & (expected.radius < ends[1])]
     at = np.log(np.concatenate([ends, inner]))  # between its points the curve is a line in logarithms
-    factor = student_bound(expected.groups)
+    # of the bootstrap's standard deviation, one-sided, for so many groups
+    factor = float(stdtrit(expected.groups - 1, LEVEL)) * math.sqrt(expected.groups / (expected.groups - 1))
     made = {}
     for kind, name in enumerate(KINDS):
         with np.errstate(divide="ignore"):
@@ -323,13 +298,6 @@ def _all_round(
         bound = float(upper[np.isfinite(upper)].max())
         made[name] = Estimate(expected=value, upper=bound, standard_error=value * float(spread[worst]))
     return made["ground"], made["normal"]
-
-
-def student_bound(groups: int) -> float:
-    """Factor on the bootstrap's standard deviation for a one-sided bound at `LEVEL`, for so many groups."""
-    from scipy.special import stdtrit
-
-    return float(stdtrit(groups - 1, LEVEL)) * math.sqrt(groups / (groups - 1))
 
 
 def _margin(away: NDArray[np.float64], distance: NDArray[np.float64], found: EnsembleHazard) -> float | None:

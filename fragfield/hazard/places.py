@@ -8,22 +8,20 @@ is counted in all of them by every flight; a site only asks for the places that 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from flight.scene.plan import contains
 from fragfield.results.site import Estimate
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import NDArray
-
     from flight.fluence import PolarGrid
 
-    Array = NDArray[np.float64]
-    Integers = NDArray[np.int64]
+Array = NDArray[np.float64]
+Integers = NDArray[np.int64]
 
 
 SMALLEST, LARGEST, RELATIVE = 1.0, 5.0, 0.1  # m, m, and of the distance: width of a place, where cells are no wider
@@ -48,18 +46,9 @@ def sum_bound(total: Array, variance: Array, largest: Array, level: float = LEVE
 class Places:
     """Places about the origin.
 
-    Attributes
-    ----------
-    of_cells : (a, r) int64
-        Place of every cell of azimuth and distance.
-    ring : (p,) int64
-        Number of the ring of distances in which a place lies.
-    cells : (p,) int64
-        Cells of azimuth that a place is wide.
-    corners : (p, 4, 2) float64
-        Of a plan that holds the place (m), from the origin.
-    area : (p,) float64
-        Of its ground (m2).
+    `of_cells` (a, r): place of every cell of azimuth and distance; `ring` (p,): number of the ring of distances in
+    which a place lies; `cells` (p,): cells of azimuth that it is wide; `corners` (p, 4, 2) of a plan that holds it,
+    from the origin (m); `area` (p,) of its ground (m2).
     """
 
     def __init__(self, grid: PolarGrid) -> None:
@@ -90,19 +79,11 @@ class Places:
         return 0.5 * (near + far) * np.array([math.cos(turn + 0.5 * angle), math.sin(turn + 0.5 * angle)])
 
     def touched(self, pieces: Sequence[Array]) -> Integers:
-        """Places that share a point with one of the convex polygons (k, 2), by the axes that separate polygons."""
-        found = np.zeros(len(self.area), dtype=bool)
-        own = _normals(self.corners)
-        mine = np.einsum("pij,pkj->pik", self.corners, own)
-        for piece in pieces:
-            theirs, ours = piece @ _normals(piece).T, self.corners @ _normals(piece).T
-            apart = ((ours.min(axis=1) > theirs.max(axis=0)) | (ours.max(axis=1) < theirs.min(axis=0))).any(axis=1)
-            near = np.flatnonzero(~apart)
-            theirs = np.einsum("ij,pkj->pik", piece, own[near])
-            least, most = mine[near].min(axis=1), mine[near].max(axis=1)
-            apart = ((least > theirs.max(axis=1)) | (most < theirs.min(axis=1))).any(axis=1)
-            found[near[~apart]] = True
-        return np.flatnonzero(found)
+        """Places that share a point with one of the convex polygons (k, 2)."""
+        import shapely
+
+        outlines = shapely.polygons(self.corners)
+        return np.flatnonzero(np.any([shapely.intersects(outlines, shapely.Polygon(one)) for one in pieces], axis=0))
 
     def free(self, chosen: Integers, plans: Sequence[Array]) -> Array:
         """Fraction of the chosen places that no plan (k, 2) of an obstacle covers."""
@@ -120,15 +101,9 @@ class Places:
 class PlaceSums:
     """Sums over realisations of what passes and lands in every place.
 
-    Parameters
-    ----------
-    grid : PolarGrid
-        Cells of the fields; they go on beyond it where fields do.
-    height : float
-        Below which paths count (m).
-    spread : (a, a) float64, optional
-        Weights by which every field is spread over azimuth first: an even mean where all azimuths are alike, a kernel
-        where the direction of the nose is open. With it the worst azimuth at a site's distances counts.
+    `grid`: cells of the fields, which go on beyond it where fields do; `height`: below which paths count (m); `spread`
+    (a, a): weights by which every field is spread over azimuth first, an even mean where all azimuths are alike, a
+    kernel where the direction of the nose is open. With it the worst azimuth at a site's distances counts.
     """
 
     def __init__(self, grid: PolarGrid, height: float, spread: Array | None = None) -> None:
@@ -158,20 +133,9 @@ class PlaceSums:
     def worst(self, pieces: Sequence[Array], plans: Sequence[Array]) -> tuple[list[Estimate], Array, int]:
         """Densities (1/m2) on the ground and normal to paths at the worst place that a site touches.
 
-        Parameters
-        ----------
-        pieces, plans : sequence of (k, 2)
-            Convex pieces of the site, and outlines of obstacles, from the origin (m).
-
-        Returns
-        -------
-        values : list of Estimate
-            Of landings and of paths: the largest estimate with its standard error, and the largest of all bounds, which
-            bounds the worst place whichever it is.
-        centre : (2,) float64
-            Of the worst place (m).
-        number : int
-            Places that count.
+        `pieces`, `plans` (k, 2): convex pieces of the site, and outlines of obstacles, from the origin (m). Returned
+        are, of landings and of paths, the largest estimate with its standard error, and the largest of all bounds,
+        which bounds the worst place whichever it is; the centre (2,) of the worst place (m); how many places count.
         """
         nearest = float(np.hypot(*np.concatenate(list(pieces)).T).min())
         self._hold(self.grid.up_to(nearest + 2.0 * self.grid.cell).shape[1])
@@ -216,9 +180,3 @@ def kernel_weights(grid: PolarGrid, kernel: float) -> Array:
 
 def _size(distance: float) -> float:
     return min(LARGEST, max(SMALLEST, RELATIVE * distance))
-
-
-def _normals(corners: Array) -> Array:
-    """Normals of the sides of polygons (..., k, 2)."""
-    ways = np.roll(corners, -1, axis=-2) - corners
-    return np.stack([-ways[..., 1], ways[..., 0]], axis=-1)

@@ -14,17 +14,15 @@ inputs and numerics. A part that is not known is not in the sum; `not_included` 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from fragfield.results.convergence import Convergence
-from fragfield.results.hazard import DistanceParts, Hazard
+from fragfield.results.hazard import DistanceParts, Hazard, WithoutRicochet
 from fragfield.results.words import PARTS
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from fragfield.results.hazard import WithoutRicochet
     from fragfield.results.uncertainty import UncertaintyResult
 
 
@@ -54,12 +52,7 @@ def recommended_of(
 ) -> Hazard:
     """The part `hazard` of the summary with the recommended distance, its parts, and why others are not included.
 
-    Parameters
-    ----------
-    hazard, convergence : Hazard, Convergence
-        Parts of the summary.
-    study : UncertaintyResult, optional
-        Of a study of this run.
+    `hazard`, `convergence`: parts of the summary; `study`: of a study of this run.
     """
     if not hazard.determined or hazard.expected is None:
         nothing = DistanceParts(**dict.fromkeys(PARTS))
@@ -86,7 +79,6 @@ def recommended_of(
 
 
 def _statistical(hazard: Hazard, of: Hazard | WithoutRicochet) -> dict[str, float | None]:
-    """Half-width (m) of a distance `of` the hazard by the points of its density, or by its realisations."""
     width = None if of.upper is None or of.expected is None else max(of.upper - of.expected, 0.0)
     integrated = hazard.method != "realisations"
     return {"quadrature": width if integrated else None, "randomness": None if integrated else width}

@@ -9,24 +9,25 @@ read at a public source is left out and listed in `LEFT_OUT`.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+from flight.errors import InputError as FlightInputError
+from flight.shape import FORGED_STEEL_SHELL, HEAVY_PIECES_OF_STACKS
+from fragfield.case import CaseTable
+from fragfield.case.conversion.surroundings import ground_height
+from fragfield.case.problem import flight_arguments, hazard_criteria
+from fragfield.case.tables.surroundings import OfficialTable
 from fragfield.hazard.contents import COMPARISON, DISPOSAL, SITING, contents_of, quantity_words, with_images
-from fragfield.results.rules import Beam, Rule, Rules, StackRule, Tp12
+from fragfield.hazard.tp12 import SUPERSONIC_DRAG, Retardation, beam_distance, effective_number, stack_distance
+from fragfield.results.rules import Beam, Contents, FragmentField, Rule, Rules, StackRule, Tp12
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from numpy.typing import ArrayLike
-
-    from fragfield.case import CaseTable
-    from fragfield.case.tables.site import OfficialTable
-    from fragfield.hazard.tp12 import BeamDistance, PolarField, StackDistance
     from fragfield.pipeline.single_round import SingleRound
-    from fragfield.results.rules import Contents, FragmentField
 
 
 POUND, FOOT = 0.45359237, 0.3048
@@ -112,7 +113,6 @@ def _rule(distance: float | None, reason: str, *, missing: bool = False, **what:
 
 
 def _siting_fragments(contents: Contents | None, known: str) -> Iterator[Rule]:
-    """Fragment distances for storage and handling; `known` says why the item's own distance replaces them."""
     mass = None if contents is None else contents.explosive
     yield _rule(
         mass and hazardous_fragment_distance(mass), known or _too_much(mass, _MOST_BY_QUANTITY), missing=not known,
@@ -130,7 +130,6 @@ def _siting_fragments(contents: Contents | None, known: str) -> Iterator[Rule]:
 
 
 def _disposal(contents: Contents | None) -> Iterator[Rule]:
-    """Distances for disposal in the open."""
     mass = all_up = heaviest = None
     behind, words, single = _UNKNOWN, "all-up mass not known", "all-up mass not known"
     if contents is not None:
@@ -165,7 +164,6 @@ def _disposal(contents: Contents | None) -> Iterator[Rule]:
 
 
 def _blast(contents: Contents | None) -> Iterator[Rule]:
-    """Blast distances, by the equivalent of the net explosive quantity in TNT."""
     tnt = None if contents is None else contents.tnt
     words = (contents and quantity_words(contents.explosive, contents.tnt, contents.equivalents)) or _quantity(None)
     yield _rule(
@@ -197,7 +195,6 @@ def _known_item(contents: Contents | None, official: OfficialTable | None) -> st
 
 
 def _no_row(contents: Contents | None) -> str:
-    """Why the rounds are no row of separate items detonated at once; empty where they are."""
     if contents is None:
         return _UNKNOWN
     if contents.rounds < 2:
@@ -244,17 +241,21 @@ _BASIS = "single round's break-up"
 
 def tp12_part(case: CaseTable, single: SingleRound) -> Tp12:
     """What the paper's procedure gives for a resolved case: the beam and, of several rounds, the stack."""
-    from flight.errors import InputError
-
     if single.field is None:
         return Tp12(single_round=single.source, realisations=0, beam=None, stack=None)
-    beam = Beam.read(asdict(_beam(case, single.field)))
-    stack, (side, top, count) = None, _counts(case)
-    if count > 1:
-        known: dict[str, Any] = {"side": side, "top": top, "cover": case.hazard.stack_rule.cover}
+    air, ground = case.flight.air.air(), ground_height(case, *case.flight.origin)
+    density, criteria, gravity = float(air.density(ground)), hazard_criteria(case), case.flight.gravity
+    drag = flight_arguments(case)["drag"]
+    retardation = Retardation(drag, density, float(air.sound_speed(ground)), FORGED_STEEL_SHELL, gravity)
+    beam, stack = beam_distance(single.field, retardation, criteria), None
+    if len(positions := with_images(case)) > 1:
+        rule, (side, top) = case.hazard.stack_rule, stack_counts(positions)
+        side, top = side if rule.side is None else rule.side, top if rule.top is None else rule.top
+        known: dict[str, Any] = {"side": side, "top": top, "cover": rule.cover}
         try:
-            found, number = _stack(case, single.field, side, top)
-        except InputError as error:
+            number = effective_number(side, top, rule.cover)
+            found = stack_distance(single.field, number, criteria, density=density, gravity=gravity)
+        except FlightInputError as error:
             stack = StackRule(**known, distance=None, reason=str(error))
         else:
             stack = StackRule.read({**known, "effective_number": number, **asdict(found)})
@@ -263,9 +264,6 @@ def tp12_part(case: CaseTable, single: SingleRound) -> Tp12:
 
 def tp12_rules(case: CaseTable, part: Tp12) -> Iterator[Rule]:
     """The same as rules beside the others; `part` from `tp12_part`."""
-    from flight.shape import FORGED_STEEL_SHELL, HEAVY_PIECES_OF_STACKS
-    from fragfield.hazard.tp12 import SUPERSONIC_DRAG
-
     beam, stack, source = part.beam, part.stack, part.single_round
     no_stack = "" if stack is not None and stack.distance is not None else (stack and stack.reason) or source
     criteria = (
@@ -323,42 +321,6 @@ def stack_counts(positions: ArrayLike) -> tuple[int, int]:
     return max(sides), top
 
 
-def _counts(case: CaseTable) -> tuple[int, int, int]:
-    """Rounds on a side and on top, as the case gives or has them, and all of them."""
-    positions, rule = with_images(case), case.hazard.stack_rule
-    side, top = stack_counts(positions)
-    return rule.side if rule.side is not None else side, rule.top if rule.top is not None else top, len(positions)
-
-
-def _beam(case: CaseTable, field: PolarField) -> BeamDistance:
-    from flight.shape import FORGED_STEEL_SHELL
-    from fragfield.case.problem import flight_arguments, hazard_criteria
-    from fragfield.hazard.tp12 import Retardation, beam_distance
-
-    density, sound = _air(case)
-    drag = flight_arguments(case)["drag"]
-    retardation = Retardation(drag, density, sound, FORGED_STEEL_SHELL, case.flight.gravity)
-    return beam_distance(field, retardation, hazard_criteria(case))
-
-
-def _stack(case: CaseTable, field: PolarField, side: int, top: int) -> tuple[StackDistance, float]:
-    from fragfield.case.problem import hazard_criteria
-    from fragfield.hazard.tp12 import effective_number, stack_distance
-
-    number = effective_number(side, top, case.hazard.stack_rule.cover)
-    density, _ = _air(case)
-    criteria = hazard_criteria(case)
-    return stack_distance(field, number, criteria, density=density, gravity=case.flight.gravity), number
-
-
-def _air(case: CaseTable) -> tuple[float, float]:
-    """Density (kg/m3) and speed of sound (m/s) on the ground at the origin."""
-    from fragfield.case.conversion.surroundings import ground_height
-
-    air, ground = case.flight.air.air(), ground_height(case, *case.flight.origin)
-    return float(air.density(ground)), float(air.sound_speed(ground))
-
-
 def _zone_words(beam: Beam) -> str:
     return (
         f"{beam.per_steradian:.3g} hazardous fragments per steradian from {beam.low:.0f} to {beam.high:.0f} "
@@ -368,9 +330,8 @@ def _zone_words(beam: Beam) -> str:
 
 def _stack_words(stack: StackRule, mott: FragmentField) -> str:
     return (
-        f"N_E = {stack.effective_number:.3g} of {stack.side} rounds on the fullest side and {stack.top} on "
-        f"top ({stack.cover}); Q0 = {mott.per_steradian:.3g} per steradian, "
-        f"m0 = {1e3 * mott.mean_mass:.3g} g, V = {mott.speed:.4g} m/s "
-        f"from {stack.low:.0f} to {stack.high:.0f} degrees; "
-        f"lightest hazardous fragment {1e3 * (stack.lightest or 0.0):.3g} g{' by free fall' if stack.free_fall else ''}"
+        f"N_E = {stack.effective_number:.3g} of {stack.side} rounds on the fullest side and {stack.top} on top "
+        f"({stack.cover}); Q0 = {mott.per_steradian:.3g} per steradian, m0 = {1e3 * mott.mean_mass:.3g} g, V = "
+        f"{mott.speed:.4g} m/s from {stack.low:.0f} to {stack.high:.0f} degrees; lightest hazardous fragment "
+        f"{1e3 * (stack.lightest or 0.0):.3g} g{' by free fall' if stack.free_fall else ''}"
     )

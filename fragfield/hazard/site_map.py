@@ -6,11 +6,16 @@ files for geographic programs, so that all of them hold the same.
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
+from flight import HeightMap
+from flight.hazard.ensemble import EnsembleHazard
+from fragfield.case import CaseTable
 from fragfield.case.conversion.exposed_sites import outline_of
 from fragfield.case.conversion.surroundings import ground_of, site_of
 from fragfield.hazard.contents import image_names, with_images
@@ -18,19 +23,12 @@ from fragfield.hazard.verdict import criterion_words, part_of_criterion
 from fragfield.results.words import metres
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
-
-    from numpy.typing import NDArray
-
-    from flight import HeightMap
-    from flight.hazard.ensemble import EnsembleHazard
-    from fragfield.case import CaseTable
     from fragfield.files.run_directory import RunDirectory
     from fragfield.hazard.contours import Contour
     from fragfield.places.site import Site
     from fragfield.results.site import ExposedSite
 
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 
 KINDS = {
@@ -121,7 +119,12 @@ def shapes_of(
 
     `exposed` are the sites with their verdicts, `recommended` is the recommended distance (m).
     """
-    shapes = [*_distances(case, found), *_recommended(case, recommended), *_obstacles(case), *map(_exposed, exposed)]
+    shapes = [*_distances(case, found), *_recommended(case, recommended)]
+    shapes += [
+        Shape("obstacle", one.name, outline_of(one), properties={"obstacle": one.kind, "height_m": one.height})
+        for one in case.obstacle
+    ]
+    shapes += map(_exposed, exposed)
     if case.round:
         images = zip(image_names(case), with_images(case), strict=True)
         shapes += [Shape("round", name, position[None, :2]) for name, position in images]
@@ -188,18 +191,12 @@ def _distances(case: CaseTable, found: EnsembleHazard) -> Iterator[Shape]:
 
 
 def _recommended(case: CaseTable, distance: float | None) -> Iterator[Shape]:
-    """The recommended distance, a circle about the origin of distances."""
     if distance is None:
         return
     turn = np.radians(np.arange(360.0))
     points = np.asarray(case.flight.origin) + distance * np.column_stack([np.cos(turn), np.sin(turn)])
     name = f"{KINDS['recommended']}, {metres(distance)}"
     yield Shape("recommended", name, points, properties={"distance_m": round(distance, 3)})
-
-
-def _obstacles(case: CaseTable) -> Iterator[Shape]:
-    for one in case.obstacle:
-        yield Shape("obstacle", one.name, outline_of(one), properties={"obstacle": one.kind, "height_m": one.height})
 
 
 def _exposed(site: ExposedSite) -> Shape:

@@ -8,21 +8,16 @@ Python all show this one object.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Iterator, Sequence
 
+from fragfield.case import CaseTable
 from fragfield.case.conversion.rounds import are_alike
 from fragfield.hazard.contents import DISPOSAL, SITING, with_images
-from fragfield.results.rules import DistanceOfUse, DistanceToApply, LeftOut, Official
+from fragfield.results.hazard import Hazard
+from fragfield.results.rules import DistanceOfUse, DistanceToApply, LeftOut, Official, Rule
 from fragfield.results.words import NOT_DETERMINED, metres, whole_metres
 
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-
-    from fragfield.case import CaseTable
-    from fragfield.results.hazard import Hazard
-    from fragfield.results.rules import Rule
-
-    _Uses = Sequence[tuple[DistanceOfUse, str]]
+_Uses = Sequence[tuple[DistanceOfUse, str]]
 
 
 USES = {SITING: "storage and handling", DISPOSAL: "disposal in the open"}
@@ -39,7 +34,11 @@ def distance_to_apply(hazard: Hazard | None, official: Official | None, rules: S
     return DistanceToApply(
         line=f"Distance to apply: {', '.join(_distance(one, title) for one, title in uses)}",
         computed=computed, siting=siting, disposal=disposal, official=against,
-        words=(*_by(uses), *_left_out(uses), *against),
+        words=(
+            *(f"{title[0].upper()}{title[1:]}: {metres(one.distance)}, by {one.by}." for one, title in uses if one.by),
+            *_left_out(uses),
+            *against,
+        ),
     )  # fmt: skip
 
 
@@ -49,14 +48,7 @@ def _distance(one: DistanceOfUse, title: str) -> str:
     return f"{'not known' if one.distance is None else metres(one.distance)} ({title})"
 
 
-def _by(uses: _Uses) -> Iterator[str]:
-    for one, title in uses:
-        if one.distance is not None:
-            yield f"{title[0].upper()}{title[1:]}: {metres(one.distance)}, by {one.by}."
-
-
 def _left_out(uses: _Uses) -> Iterator[str]:
-    """What was left out, by reason: distances that are missing first."""
     reasons: dict[tuple[bool, str], tuple[dict[str, None], dict[str, LeftOut]]] = {}
     for use, title in uses:
         for one in use.left_out:
@@ -77,40 +69,32 @@ def _left_out(uses: _Uses) -> Iterator[str]:
             yield f"Incomplete for {what} The authority must say what holds instead."
 
 
-class _Candidate(NamedTuple):
-    """A distance (m) that may be the largest, and by what."""
-
-    distance: float
-    by: str
-
-
 def _of_use(use: str, hazard: Hazard | None, official: Official | None, rules: Sequence[Rule]) -> DistanceOfUse:
     """The largest distance of a use, and larger or unknown ones that are left out; of equal ones the first decides."""
     prescribed = [rule for rule in rules if rule.use == use]
-    candidates, left_out = [], []
+    candidates: list[tuple[float, str]] = []  # m, and by what
+    left_out = []
     if hazard is not None and hazard.recommended is not None:
-        candidates.append(_Candidate(hazard.recommended, f"the {_COMPUTED}"))
+        candidates.append((hazard.recommended, f"the {_COMPUTED}"))
     elif hazard is not None:
         reason = f"it is {NOT_DETERMINED}: {hazard.reason}"
         left_out.append(LeftOut(name=_COMPUTED, reason=reason, distance=None, missing=True))
     if official is not None and official.hazardous_fragment_distance is not None:
         words = "the official hazardous fragment distance"
-        candidates.append(_Candidate(official.hazardous_fragment_distance, words))
+        candidates.append((official.hazardous_fragment_distance, words))
     if use == DISPOSAL and official is not None and official.maximum_fragment_distance is not None:
-        candidates.append(_Candidate(official.maximum_fragment_distance, "the official maximum fragment distance"))
+        candidates.append((official.maximum_fragment_distance, "the official maximum fragment distance"))
     candidates += [
-        _Candidate(rule.distance, f"the rule “{rule.name}” ({rule.hazard})")
-        for rule in prescribed
-        if rule.distance is not None
+        (rule.distance, f"the rule “{rule.name}” ({rule.hazard})") for rule in prescribed if rule.distance is not None
     ]
-    largest = max(candidates, key=lambda one: one.distance, default=None)
+    largest = max(candidates, key=lambda one: one[0], default=None)
     left_out += [
         LeftOut(name=rule.name, reason=rule.reason, distance=rule.outside, missing=rule.missing)
         for rule in prescribed
         if rule.distance is None
-        and (rule.missing if rule.outside is None else largest is None or rule.outside > largest.distance)
+        and (rule.missing if rule.outside is None else largest is None or rule.outside > largest[0])
     ]
-    return DistanceOfUse(distance=largest and largest.distance, by=largest and largest.by, left_out=tuple(left_out))
+    return DistanceOfUse(distance=largest and largest[0], by=largest and largest[1], left_out=tuple(left_out))
 
 
 def official_part(case: CaseTable) -> Official | None:
@@ -128,7 +112,6 @@ def official_part(case: CaseTable) -> Official | None:
 
 
 def _official_words(hazard: Hazard | None, official: Official | None) -> Iterator[str]:
-    """Official against computed distances."""
     if official is None:
         yield "No official distance of the round is in the case (table [official])."
         return
@@ -142,7 +125,6 @@ def _official_words(hazard: Hazard | None, official: Official | None) -> Iterato
 
 
 def _against_hazardous(official: float, hazard: Hazard) -> str:
-    """The official hazardous fragment distance (m) against the recommended one, which may not be determined."""
     short, computed = hazard.without_ricochet, hazard.recommended
     beside = "" if hazard.ricochet == "none" else f" (without ricochet {metres(short.recommended)})"
     theirs, ours = f"{whole_metres(official)} m", f"{whole_metres(computed)} m{beside}"
@@ -157,7 +139,6 @@ def _against_hazardous(official: float, hazard: Hazard) -> str:
 
 
 def _against_maximum(official: float, throw: float | None) -> str:
-    """The official maximum fragment distance (m) against the throw of one event in 20, if that is determined."""
     theirs, ours = f"{whole_metres(official)} m", f"{whole_metres(throw)} m"
     name = "official maximum fragment distance"
     if throw is None:

@@ -16,27 +16,26 @@ round in its worst polar zone, as an arena test reports it, see `beam_distance`.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from flight.arguments import real_array, require_number, require_numbers
 from flight.drag import Drag
 from flight.errors import InputError
 from flight.scene.air import STANDARD_GRAVITY
 from flight.shape import HEAVY_PIECES_OF_STACKS
+from fragfield.results.rules import Beam
 from fragfield_base.errors import names_allowed
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
-    from numpy.typing import ArrayLike, NDArray
-
     from flight.fragments import Fragments
     from flight.hazard.criteria import Criteria
 
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 COVERS = {"open": (0.9, 0.1), "earth": (0.7, 0.1)}
 """Weights of the rounds on the side and of those on top, by the stack's cover (p. 11, after Fugelso 1973)."""
@@ -232,22 +231,9 @@ def solid_angle(low: float, high: float) -> float:
     return 2.0 * math.pi * (math.cos(math.radians(low)) - math.cos(math.radians(high)))
 
 
-@dataclass(frozen=True)
-class BeamDistance:
-    """Where the density in the worst polar zone of a single round falls to the acceptable one."""
-
-    distance: float
-    """m; 0 where it never reaches it."""
-    low: float
-    high: float
-    """The zone (degrees from the nose)."""
-    per_steradian: float
-    """Hazardous fragments per steradian at that distance."""
-
-
 def beam_distance(
     field: PolarField, retardation: Retardation, criteria: Criteria, *, width: float = ZONE_WIDTH
-) -> BeamDistance:
+) -> Beam:
     """Distance of a single round in its worst polar zone, by the paper's procedure with counted fragments.
 
     An arena test reports fragments by polar zone; here every fragment of the zone counts with its own mass and speed,
@@ -258,7 +244,7 @@ def beam_distance(
     reach = retardation.reach(field.mass, field.speed, criteria.energy)
     order = np.argsort(-reach, kind="stable")
     reach, polar = reach[order], field.polar[order]
-    best = BeamDistance(0.0, 0.0, width, 0.0)
+    best = Beam(distance=0.0, low=0.0, high=width, per_steradian=0.0)
     for low in np.append(np.arange(0.0, 180.0 - width, _STEP), 180.0 - width).tolist():
         high = low + width
         inside = reach[(polar >= low) & ((polar < high) | (high >= 180.0))]
@@ -267,7 +253,7 @@ def beam_distance(
         found = np.minimum(inside, np.sqrt(number / criteria.density))  # of the k farthest: how far they are enough
         if len(found) and found.max() > best.distance:
             at = int(np.argmax(found))
-            best = BeamDistance(float(found[at]), low, high, float(number[at]))
+            best = Beam(distance=float(found[at]), low=low, high=high, per_steradian=float(number[at]))
     return best
 
 

@@ -1,22 +1,20 @@
-"""Verdicts in words: on exposed sites by their criteria, and on rounds without ignition points by the shock."""
+"""Verdicts in words: on exposed sites, rounds without ignition points, distances where the ground is not known."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from fragfield.case.conversion.exposed_sites import outline_of
+from flight.hazard.density.distance import ExpectedDistance
+from fragfield.case import CaseTable
+from fragfield.case.conversion.exposed_sites import ExposedSite, outline_of
+from fragfield.case.conversion.surroundings import bearing_of, direction_words, ground_of
 from fragfield.numbers import number
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-
-    from numpy.typing import NDArray
-
-    from fragfield.case import CaseTable
-    from fragfield.case.conversion.exposed_sites import ExposedSite
     from fragfield.results.burst import BurstRound, Exposure
     from fragfield.results.site import Estimate, Probability
     from fragfield.results.site import ExposedSite as AssessedSite
@@ -93,21 +91,12 @@ def no_margin(case: CaseTable, site: ExposedSite) -> str:
         return "a building is judged by the hits on its walls and roof"
     if limit != case.hazard.density or (site.energy, site.height) != usual:
         return "has a density, energy or height of its own"
+    import shapely
+
     origin = np.asarray(case.flight.origin, dtype=np.float64)
-    between = [one.name for one in case.obstacle if _stands_between(outline_of(one), origin, site.edge())]
+    ways = shapely.linestrings(np.stack([np.broadcast_to(origin, site.edge().shape), site.edge()], axis=1))
+    between = [one.name for one in case.obstacle if shapely.LinearRing(outline_of(one)).intersects(ways).any()]
     return f"shelter decides: behind {', '.join(between)}" if between else ""
-
-
-def _stands_between(plan: NDArray[np.float64], origin: NDArray[np.float64], edge: NDArray[np.float64]) -> bool:
-    """Whether a straight way in plan from the origin to a point of the edge (n, 2) crosses a polygon (k, 2)."""
-    start, side = plan, np.roll(plan, -1, axis=0) - plan
-    way = (edge - origin)[:, None]
-    across = way[..., 0] * side[:, 1] - way[..., 1] * side[:, 0]
-    to = start - origin
-    with np.errstate(divide="ignore", invalid="ignore"):
-        along = (to[:, 0] * side[:, 1] - to[:, 1] * side[:, 0]) / across
-        on_side = (to[:, 0] * way[..., 1] - to[:, 1] * way[..., 0]) / across
-    return bool(((along > 0.0) & (along < 1.0) & (on_side >= 0.0) & (on_side <= 1.0)).any())
 
 
 _VERDICT = {
@@ -146,3 +135,26 @@ def exposure_words(found: Exposure) -> str:
             "less: pressure and energy increase with smaller cells"
         )
     return words
+
+
+def beyond_map_words(case: CaseTable, expected: ExpectedDistance) -> str:
+    """Why a distance is not determined that reaches beyond the map, where the ground is not known; else empty.
+
+    `expected` is the distance of the flights of the resolved case.
+    """
+    ground = ground_of(case)
+    if isinstance(ground, float):
+        return ""
+    reach = ground.reach(case.flight.origin, expected.azimuth)
+    if expected.direction is None:  # one distance for every direction
+        reach = ground.reach(case.flight.origin, np.arange(360.0)).min(keepdims=True)
+    distance = np.fmax(expected.by_direction, expected.upper_by_direction)
+    farthest = int(np.argmax(distance - reach))
+    if not distance[farthest] > reach[farthest]:
+        return ""
+    turn = float(expected.azimuth[farthest])
+    where = "" if expected.direction is None else f", {direction_words(turn, bearing_of(case, turn), whole=True)}"
+    return (
+        f"over level ground beyond the map of heights it would be {distance[farthest]:.0f} m{where}, and the map ends "
+        f"{reach[farthest]:.0f} m from the rounds; take a larger map"
+    )

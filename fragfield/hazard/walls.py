@@ -10,18 +10,16 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import Annotated, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from flight.arguments import require_numbers
 from flight.errors import InputError
 from fragfield_base.inputs import PositiveLength, Quantity
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 
 FRAGMENT_DENSITY = 7850.0  # kg/m3
@@ -41,11 +39,6 @@ MATERIALS = {
         "times the limit; mild steel plates and solid steel missiles; at second hand, not checked in the original"
     ),
 }
-
-
-def diameter_of(mass: Array) -> Array:
-    """Diameter (m) of a steel cylinder as long as thick, of a mass (kg)."""
-    return np.asarray((4.0 * mass / (math.pi * FRAGMENT_DENSITY)) ** (1.0 / 3.0))
 
 
 def concrete_limit(mass: Array, speed: Array, diameter: Array, strength: float, nose: float = SHARPEST) -> Array:
@@ -100,7 +93,7 @@ class StoppingWall:
 
     def __call__(self, mass: Array, speed: Array) -> NDArray[np.bool_]:
         """Whether fragments of these masses (kg) and speeds (m/s) are shown to be stopped."""
-        diameter = diameter_of(mass)
+        diameter = np.asarray((4.0 * mass / (math.pi * FRAGMENT_DENSITY)) ** (1.0 / 3.0))  # as long as thick
         if self.material == "concrete":
             needed = CONCRETE_MARGIN * concrete_limit(mass, speed, diameter, self.strength)
         else:

@@ -4,24 +4,19 @@ from __future__ import annotations
 
 import math
 import re
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from flight.files.text_tables import converted
 from fragfield.errors import InputError
-from fragfield.importing.sheet import Guess, QuestionError, Refused, Row, letter
+from fragfield.importing.sheet import Cell, Guess, QuestionError, Refused, Row, Sheet, letter
 from fragfield_base.errors import names_allowed
 from fragfield_base.units import UnitError, read_measure
 
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
-    from numpy.typing import NDArray
-
-    from fragfield.importing.sheet import Cell, Sheet
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 
 class Quantity(NamedTuple):

@@ -8,18 +8,15 @@ import io
 import re
 import warnings
 import zipfile
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, NamedTuple
+from pathlib import Path
+from typing import NamedTuple
+from xml.etree.ElementTree import Element
 
 from fragfield.errors import InputError
 from fragfield_base.errors import names_allowed
 from fragfield_base.reading import parsed_xml, read_bytes
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
-    from pathlib import Path
-    from xml.etree.ElementTree import Element
-
 
 _MOST_BYTES = 1 << 26
 _MOST_UNPACKED = 1 << 28
@@ -223,7 +220,6 @@ def _chosen(path: Path, tables: dict[str, _Table], sheet: str | None) -> Sheet:
 
 
 def _workbook(path: Path, data: bytes) -> dict[str, _Table]:
-    """Sheets of a workbook; refused is what unpacks to too much, or has XML that refers to entities."""
     try:
         with zipfile.ZipFile(io.BytesIO(data)) as archive:
             entries = archive.infolist()
@@ -256,7 +252,6 @@ def _workbook(path: Path, data: bytes) -> dict[str, _Table]:
 
 
 def _xlsx(path: Path, data: bytes) -> dict[str, _Table]:
-    """Values as the spreadsheet computed them."""
     try:
         import openpyxl
     except ModuleNotFoundError:

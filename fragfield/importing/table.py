@@ -9,9 +9,10 @@ import tempfile
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from flight.arena import ArenaTable
 from flight.errors import InputError as FlightInputError
@@ -26,11 +27,9 @@ from fragfield_base.paths import absolute
 from fragfield_base.units import UnitError, read_measure
 from fragfield_base.version import __version__
 from fragfield_base.writing import write_bytes
+from transition.errors import InputError as BreakUpInputError
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 
 KINDS = {
@@ -246,7 +245,6 @@ def _rounds(table: Columns, given: float | None) -> float:
 
 
 def _casing(case: PathName | None, mass: str | float | None) -> float | None:
-    """Mass of the casing (kg), of a case or as given."""
     if case is not None:
         from fragfield.case import load_case
         from fragfield.case.conversion.rounds import masses_of
@@ -267,7 +265,6 @@ def _casing(case: PathName | None, mass: str | float | None) -> float | None:
 
 
 def _kind_of(table: Columns) -> str:
-    """The kind whose columns a table has."""
     meant = {*table.chosen, *table.meanings()}
     if meant & {"zone", "zone_from"}:
         return "arena"
@@ -318,7 +315,6 @@ def _down(values: Array) -> Array:
 
 
 def _zones(table: Columns, zone_angle: str | None) -> tuple[Array, Array]:
-    """Edges of the zone of every row (degrees)."""
     if "zone_from" in table or "zone" not in table:
         table.require("zone_from", "zone_to")
         return _down(table.values("zone_from")), _down(table.values("zone_to"))
@@ -398,7 +394,6 @@ def _edges(table: Columns, start: Array, end: Array, empty_zones: bool) -> tuple
 
 
 def _pit(table: Columns) -> dict[str, Array]:
-    """Columns of a file that `break_up.mean_mass` names: groups of mass, numbers above masses, or pieces."""
     if "mass_above" in table:
         table.require("number")
         return {"mass_above_kg": table.whole("mass_above"), "number": table.whole("number")}
@@ -415,9 +410,7 @@ def _pit(table: Columns) -> dict[str, Array]:
 
 
 def _check_pit(path: Path, content: Mapping[str, Any], rounds: float) -> None:
-    """Refuse what our own reader would refuse."""
     from fragfield.case.conversion.mean_mass import read_counts
-    from transition.errors import InputError as BreakUpInputError
 
     with tempfile.TemporaryDirectory() as folder:
         try:

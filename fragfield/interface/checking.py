@@ -12,7 +12,7 @@ from pydantic import ValidationError
 from fragfield.case.changes import read_settings
 from fragfield.case.faults import CaseFaults, explain
 from fragfield.case.tables.round import ContourTable
-from fragfield.case.tables.site import PlacesTable, SiteTable
+from fragfield.case.tables.surroundings import PlacesTable, SiteTable
 from fragfield.case.write import tables_to_toml
 from fragfield.checking import check as checking
 from fragfield.checking.check import fragments_report

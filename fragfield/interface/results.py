@@ -79,7 +79,7 @@ class Run(StoredRun):
         """Names of the tables that are there, and what they hold."""
         from fragfield.interface.tables import TABLES
 
-        return {name: what for name, (file, what, _) in TABLES.items() if (self.path / file).is_file()}
+        return {name: what for name, (file, what) in TABLES.items() if (self.path / file).is_file()}
 
     def write_tables(self, path: str | os.PathLike[str]) -> Path:
         """Write all tables into one workbook (.xlsx), the first sheet of which says what they are.
@@ -98,7 +98,7 @@ class Run(StoredRun):
         """A table by its name; raises InputError for another name."""
         from fragfield.interface.tables import read_table
 
-        return read_table(self.path, name)
+        return read_table(self, name)
 
     @property
     def figures(self) -> dict[str, str]:

@@ -18,12 +18,13 @@ from fragfield.quantities import QUANTITIES
 from fragfield_base.writing import harmless, replacing
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping
+    from collections.abc import Iterator, Mapping
     from pathlib import Path
 
     from numpy.typing import NDArray
     from pandas import DataFrame
 
+    from fragfield.results.run import StoredRun
     from fragfield.results.summary import Summary
 
 
@@ -31,109 +32,65 @@ _UNITS = {"kg": "kg", "m": "m", "m_s": "m/s", "s": "s", "J": "J", "deg": "degree
 """What names of columns end with, and the unit."""
 
 
-def _fragments(folder: Path) -> Mapping[str, Any]:
-    from flight import Fragments
-    from flight.fragments import ARRAYS, fragment_columns
-
-    found = Fragments.read(folder / "fragments.h5")
-    return fragment_columns({name: getattr(found, name) for name in ARRAYS})
-
-
-def _flown(name: str, what: str = "") -> Callable[[Path], Mapping[str, Any]]:
-    def columns(folder: Path) -> Mapping[str, Any]:
-        from flight.files.hdf5 import csv_columns, read_table
-
-        rows, names = read_table(folder / f"{name}.h5", name)
-        return csv_columns(rows, what, names)
-
-    return columns
-
-
-def _ensemble(name: str) -> Callable[[Path], Mapping[str, Any]]:
-    def columns(folder: Path) -> Mapping[str, Any]:
-        from flight.files.ensemble import ensemble_columns, read_ensemble
-
-        return ensemble_columns(read_ensemble(folder / "ensemble.h5")[0])[f"{name}.csv"]
-
-    return columns
-
-
-def _arena(folder: Path) -> Mapping[str, Any]:
-    from flight.files.text_tables import read_columns
-
-    return read_columns(folder / "arena.csv")
-
-
-def _history(folder: Path) -> Mapping[str, Any]:
-    from fragfield.results.run import StoredRun
-
-    return StoredRun(folder).history
-
-
-def _along(folder: Path) -> Mapping[str, Any]:
-    from fragfield.results.run import StoredRun
-
-    rounds = StoredRun(folder).rounds
-    if not rounds:
-        return {}
-    joined = np.concatenate([one.along for one in rounds])
-    names = np.concatenate([np.full(len(one.along), one.name) for one in rounds])
-    return {"round": names, **{name: joined[name] for name in joined.dtype.names}}
-
-
-TABLES: dict[str, tuple[str, str, Callable[[Path], Mapping[str, Any]]]] = {
-    "history": ("burst_snapshot.h5", "energies, speed and diameter of the casings over time", _history),
-    "along": ("burst_snapshot.h5", "casing along each round, by axial station", _along),
-    "fragments": ("fragments.h5", "fragments of the first realisation at launch", _fragments),
-    "arena": ("arena.csv", "fragments of one round by polar zone and mass group", _arena),
-    "landing": ("landing.h5", "end of every fragment's flight, first realisation", _flown("landing")),
-    "witness": ("hits.h5", "crossings of witness surfaces, first realisation", _flown("hits", "witness")),
-    "obstacle_hits": (
-        "obstacle_hits.h5",
-        "impacts on obstacles, first realisation",
-        _flown("obstacle_hits", "obstacle"),
-    ),
-    "contacts": ("contacts.h5", "contacts between fragments, first realisation", _flown("contacts")),
-    "ensemble": ("ensemble.h5", "distance, throw and numbers of every realisation alone", _ensemble("ensemble")),
-    "hazard_by_distance": (
-        "ensemble.h5",
-        "expected density and probability of a hit by distance",
-        _ensemble("hazard_by_distance"),
-    ),
-    "hazard_by_sector": ("ensemble.h5", "distances, throws and numbers by azimuth", _ensemble("hazard_by_sector")),
+_SINGLE = "first realisation"
+TABLES = {
+    "history": ("burst_snapshot.h5", "energies, speed and diameter of the casings over time"),
+    "along": ("burst_snapshot.h5", "casing along each round, by axial station"),
+    "fragments": ("fragments.h5", "fragments of the first realisation at launch"),
+    "arena": ("arena.csv", "fragments of one round by polar zone and mass group"),
+    "landing": ("landing.h5", f"end of every fragment's flight, {_SINGLE}"),
+    "witness": ("hits.h5", f"crossings of witness surfaces, {_SINGLE}"),
+    "obstacle_hits": ("obstacle_hits.h5", f"impacts on obstacles, {_SINGLE}"),
+    "contacts": ("contacts.h5", f"contacts between fragments, {_SINGLE}"),
+    "ensemble": ("ensemble.h5", "distance, throw and numbers of every realisation alone"),
+    "hazard_by_distance": ("ensemble.h5", "expected density and probability of a hit by distance"),
+    "hazard_by_sector": ("ensemble.h5", "distances, throws and numbers by azimuth"),
 }
-"""By name: the file of the run that holds it, what it is, and what reads its columns from the run's folder."""
+"""By name: the file of the run that holds it, and what it is."""
 
 
-def read_table(folder: Path, name: str) -> DataFrame:
-    """A table of the run in a folder; raises InputError for another name, or where the run lacks its file."""
+def read_table(run: StoredRun, name: str) -> DataFrame:
+    """A table of a run; raises InputError for another name, or where the run lacks its file."""
     if name not in TABLES:
         raise InputError(f"table: found {name!r}{nearest(str(name), TABLES)}; allowed: {', '.join(TABLES)}")
-    file, what, read = TABLES[name]
-    if not (folder / file).is_file():
-        raise InputError(f"{folder / file}: no such file, which holds the table {name} ({what})")
+    file, what = TABLES[name]
+    if not (run.path / file).is_file():
+        raise InputError(f"{run.path / file}: no such file, which holds the table {name} ({what})")
     from pandas import DataFrame
 
-    return DataFrame(_with_bearing(folder, {key: _values(column) for key, column in read(folder).items()}))
-
-
-def _with_bearing(folder: Path, columns: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
-    """Columns with `bearing` (or `bearing_deg`) after the azimuth, where the case of the run has a site."""
-    names = [name for name in ("azimuth", "azimuth_deg") if name in columns]
-    if not names or not (folder / "case.toml").is_file():
-        return columns
-    from fragfield.case import read_resolved
     from fragfield.case.conversion.surroundings import site_of
 
-    site = site_of(read_resolved(folder / "case.toml"))
-    if site is None:
-        return columns
-    made: dict[str, NDArray[Any]] = {}
-    for name, values in columns.items():
-        made[name] = values
-        if name in names:
-            made[name.replace("azimuth", "bearing")] = site.bearing_of(values)
-    return made
+    site = None if run.values is None else site_of(run.values)
+    columns: dict[str, NDArray[Any]] = {}
+    for key, column in _columns(run, name).items():
+        columns[key] = values = _values(column)
+        if site is not None and key in ("azimuth", "azimuth_deg"):
+            columns[key.replace("azimuth", "bearing")] = site.bearing_of(values)
+    return DataFrame(columns)
+
+
+def _columns(run: StoredRun, name: str) -> Mapping[str, Any]:
+    from flight.files.ensemble import ensemble_columns
+    from flight.files.hdf5 import csv_columns
+    from flight.files.hdf5 import read_table as read_rows
+    from flight.files.text_tables import read_columns
+    from flight.fragments import ARRAYS, fragment_columns
+
+    if name == "history":
+        return run.history
+    if name == "along":
+        joined = np.concatenate([one.along for one in run.rounds])
+        rounds = np.concatenate([np.full(len(one.along), one.name) for one in run.rounds])
+        return {"round": rounds, **{key: joined[key] for key in joined.dtype.names}}
+    if name == "fragments":
+        return fragment_columns({key: getattr(run.fragments, key) for key in ARRAYS})
+    if name == "arena":
+        return read_columns(run.path / "arena.csv")
+    if run.ensemble is not None and TABLES[name][0] == "ensemble.h5":
+        return ensemble_columns(run.ensemble)[f"{name}.csv"]
+    file = run.path / TABLES[name][0]
+    rows, names = read_rows(file, file.stem)
+    return csv_columns(rows, {"witness": "witness", "obstacle_hits": "obstacle"}.get(name, ""), names)
 
 
 def _values(column: Any) -> NDArray[Any]:  # noqa: ANN401 - an array, or labels

@@ -83,7 +83,7 @@ def arena_realisation(table: ArenaTable, case: CaseTable, number: int, *, law: f
 
 def arena_basis(case: CaseTable) -> tuple[str, tuple[float, ...]]:
     """Basis of the hazard distance of an arena table, and mirror planes, as `hazard_directions`."""
-    from fragfield.case.conversion.symmetry import even_surroundings
+    from fragfield.case.conversion.turned import even_surroundings
     from fragfield.case.problem import hazard_directions
 
     if case.round:

@@ -10,8 +10,8 @@ from dataclasses import replace
 from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
-from fragfield.case.checks.bounds import outside_soft
 from fragfield.case.checks.estimates import given_fragments
+from fragfield.case.faults import outside_soft
 from fragfield.errors import EXIT_FAULT, InputError, exit_code_of, message_of
 from fragfield.files.run_directory import STAGES
 from fragfield.pipeline.arena import read_arena

@@ -152,7 +152,7 @@ class _Found:
 
     def result(self, first: FlightResult | None, source: Realisations) -> FlownEnsemble:
         """The whole, once all have been flown."""
-        from fragfield.hazard.certainty import beyond_map_words
+        from fragfield.hazard.verdict import beyond_map_words
 
         assert first is not None
         witnesses = {name: np.stack([table[name] for table in self.tables]) for name in self.tables[0]}

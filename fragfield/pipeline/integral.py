@@ -177,7 +177,7 @@ class Solved:
 
     def flown(self, case: CaseTable) -> FlownEnsemble:
         """What a run of a case gives, without what single events do."""
-        from fragfield.hazard.certainty import beyond_map_words
+        from fragfield.hazard.verdict import beyond_map_words
         from fragfield.pipeline.flown import FlownEnsemble
 
         found = self._hazard(case.hazard.tolerance)

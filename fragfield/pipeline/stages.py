@@ -52,7 +52,7 @@ def burst(job: Job, _: Stage) -> Summary:
     from burst_fenicsx import simulate
     from fragfield.case.conversion.rounds import burst_rounds
     from fragfield.case.problem import burst_geometry, burst_settings
-    from fragfield.checking.cost import expected_end
+    from fragfield.checking.case_warnings import expected_end
 
     settings, choice, rounds = burst_settings(job.case), burst_geometry(job.case), burst_rounds(job.case)
     job.reporter.expected_end = expected_end(settings, rounds)

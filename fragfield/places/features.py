@@ -5,25 +5,24 @@ from __future__ import annotations
 import json
 import zipfile
 from collections import Counter
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from io import BytesIO
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
+from xml.etree.ElementTree import Element
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fragfield.errors import InputError
 from fragfield.places.maps import INSTALL
 from fragfield_base.reading import parsed_xml, read_bytes, read_text
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
-    from pathlib import Path
-    from xml.etree.ElementTree import Element
-
-    from numpy.typing import NDArray
     from shapely.geometry.base import BaseGeometry
 
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 
 MOST_BYTES = 1 << 26
@@ -53,7 +52,6 @@ class Feature:
 
 
 def _parts(geometry: BaseGeometry) -> Iterator[BaseGeometry]:
-    """Points, lines and polygons of a geometry."""
     if geometry.geom_type in SHAPES:
         yield geometry
     else:
@@ -189,7 +187,7 @@ def read_kml(path: Path) -> tuple[list[Feature], list[str]]:
     hidden: list[str] = []
     for number, (placemark, folders, is_shown) in enumerate(_placemarks(root, (), left_out, 0), start=1):
         if not is_shown:
-            hidden.append(f'"{_text(_child(placemark, "name"))}"')
+            hidden.append(f'"{_text(placemark, "name")}"')
             continue
         features += _of_placemark(path, placemark, folders, number, left_out)
     if hidden:
@@ -234,12 +232,8 @@ def _tag(element: Element) -> str:
     return str(element.tag).rpartition("}")[2]
 
 
-def _child(element: Element, name: str) -> Element | None:
-    return next((one for one in element if _tag(one) == name), None)
-
-
-def _text(element: Element | None) -> str:
-    return "" if element is None else (element.text or "").strip()
+def _text(element: Element, child: str) -> str:
+    return element.findtext(f"{{*}}{child}", "").strip()
 
 
 def _placemarks(
@@ -250,11 +244,11 @@ def _placemarks(
         raise InputError(f"found folders nested deeper than {_DEEPEST_FOLDER}; allowed: fewer")
     for child in element:
         tag = _tag(child)
-        is_on = is_shown and _text(_child(child, "visibility")) not in ("0", "false")
+        is_on = is_shown and _text(child, "visibility") not in ("0", "false")
         if tag == "Placemark":
             yield child, folders, is_on
         elif tag in _FOLDERS:
-            name = _text(_child(child, "name"))
+            name = _text(child, "name")
             yield from _placemarks(child, (*folders, name) if name else folders, left_out, depth + 1, is_on)
         elif tag in _NOT_READ:
             left_out[tag] += 1
@@ -263,7 +257,7 @@ def _placemarks(
 def _of_placemark(
     path: Path, placemark: Element, folders: tuple[str, ...], number: int, left_out: Counter[str]
 ) -> Iterator[Feature]:
-    name = _text(_child(placemark, "name"))
+    name = _text(placemark, "name")
     where = f"{path}: placemark {number}" + (f' ("{name}")' if name else "")
     known = dict(_properties(placemark))
     if any(_tag(one) in ("TimeSpan", "TimeStamp") for one in placemark):
@@ -276,13 +270,12 @@ def _of_placemark(
 
 
 def _properties(placemark: Element) -> Iterator[tuple[str, str]]:
-    """Extended data: <Data name><value>, and <SimpleData name> of a schema."""
-    extended = _child(placemark, "ExtendedData")
+    extended = placemark.find("{*}ExtendedData")
     for element in () if extended is None else extended.iter():
         if _tag(element) == "Data" and element.get("name"):
-            yield element.get("name", ""), _text(_child(element, "value"))
+            yield element.get("name", ""), _text(element, "value")
         elif _tag(element) == "SimpleData" and element.get("name"):
-            yield element.get("name", ""), _text(element)
+            yield element.get("name", ""), (element.text or "").strip()
 
 
 def _elements(element: Element, where: str, left_out: Counter[str], depth: int) -> Iterator[BaseGeometry]:
@@ -316,7 +309,7 @@ def _elements(element: Element, where: str, left_out: Counter[str], depth: int) 
 
 
 def _positions(element: Element, where: str, left_out: Counter[str]) -> list[tuple[float, float]]:
-    tuples = [part.split(",") for part in _text(_child(element, "coordinates")).split()]
+    tuples = [part.split(",") for part in _text(element, "coordinates").split()]
     try:
         if not all(2 <= len(one) <= 3 for one in tuples):
             raise ValueError
@@ -329,9 +322,13 @@ def _positions(element: Element, where: str, left_out: Counter[str]) -> list[tup
             f'{where}: coordinates: found "{shown}"; allowed: longitude,latitude or longitude,latitude,altitude '
             "without blanks in it, with decimal points"
         ) from None
-    mode = _text(_child(element, "altitudeMode"))
+    mode = _text(element, "altitudeMode")
     if mode not in ("", "clampToGround", "clampToSeaFloor") and any(
         len(one) == 3 and one[2].strip("0.-+") for one in tuples
     ):
         left_out["above the ground"] += 1
     return placed
+
+
+READERS = {".geojson": read_geojson, ".json": read_geojson, ".kml": read_kml, ".kmz": read_kml}
+"""By the ends of files' names."""

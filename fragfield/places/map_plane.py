@@ -5,15 +5,12 @@ from __future__ import annotations
 import math
 import struct
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from flight import InputError
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
 
 _FALSE_METRES = 0.002  # relative error of a grid's metres, beyond which the map is projected again
 _APART = 10.0  # m, by which a site's two positions may differ

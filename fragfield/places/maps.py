@@ -9,20 +9,15 @@ import sys
 import warnings
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from flight import FlightWarning, HeightMap, InputError
-from fragfield.places.map_plane import SURVEY_FOOT, plane_of, refuse_other_units, unit_words
+from fragfield.places.map_plane import SURVEY_FOOT, Earth, Place, Plane, plane_of, refuse_other_units, unit_words
 from fragfield_base.reading import read_text
 from fragfield_base.units import UnitError, read_measure
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from fragfield.places.map_plane import Earth, Place, Plane
-
 
 INSTALL = (
     "apt-get install python3-rasterio python3-pyproj proj-bin, or conda install -c conda-forge rasterio pyproj, or pip "
@@ -101,7 +96,13 @@ def read_map(
         )
     if not path.is_file():
         raise InputError(f"{path}: no such file")
-    _refuse_second_libraries(path)
+    apart = "dolfinx" in sys.modules and "rasterio" not in sys.modules and find_spec("dolfinx_solver") is None
+    found = find_spec("rasterio") if apart else None
+    if found is not None and found.origin and Path(found.origin).parent.with_name("rasterio.libs").is_dir():
+        raise InputError(
+            f"{path}: found rasterio from PyPI beside dolfinx, whose libraries do not go together; needed: both from "
+            f"one place: pip uninstall rasterio pyproj, then {INSTALL}"
+        )
     # Where the caller has imported Debian 12's dolfinx RTLD_GLOBAL is set: rasterio's GEOS would stand for shapely's.
     sys.setdlopenflags(os.RTLD_NOW)
     try:
@@ -132,17 +133,6 @@ def read_map(
             raise InputError(f"{path}: the map has a hole at the site; give datum as a height (m)")
     facts["filled"], beyond = _fill(path, heights, step) if holes == "neighbours" else (0, None)
     return HeightMap(heights - datum, step, corner, datum=datum, name=str(path), beyond=beyond, facts=facts)
-
-
-def _refuse_second_libraries(path: Path) -> None:
-    """Refuse PyPI's rasterio once another dolfinx than PyPI's is loaded: the libraries of both break each other."""
-    apart = "dolfinx" in sys.modules and "rasterio" not in sys.modules and find_spec("dolfinx_solver") is None
-    found = find_spec("rasterio") if apart else None
-    if found is not None and found.origin and Path(found.origin).parent.with_name("rasterio.libs").is_dir():
-        raise InputError(
-            f"{path}: found rasterio from PyPI beside dolfinx, whose libraries do not go together; needed: both from "
-            f"one place: pip uninstall rasterio pyproj, then {INSTALL}"
-        )
 
 
 def _refuse_words(path: Path) -> None:
@@ -240,7 +230,6 @@ def _read(
 
 
 def _band(path: Path, dataset: Any, chosen: int | None) -> int:  # noqa: ANN401 - rasterio has no types
-    """Number of the band with the heights; a band of transparency is none."""
     from rasterio.enums import ColorInterp
 
     numbers = [number for number, kind in enumerate(dataset.colorinterp, 1) if kind != ColorInterp.alpha]
@@ -293,7 +282,6 @@ def _values(dataset: Any, number: int, window: tuple[slice, slice]) -> NDArray[n
 
 
 def _crs(path: Path, dataset: Any) -> Any:  # noqa: ANN401
-    """Coordinate system in the file or in a .prj beside it, None without one."""
     import pyproj
 
     crs = pyproj.CRS.from_wkt(dataset.crs.to_wkt(version="WKT2_2019")) if dataset.crs else None

@@ -5,10 +5,14 @@ from __future__ import annotations
 import math
 import re
 from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel
 
 from fragfield.case.conversion.exposed_sites import FARTHEST
 from fragfield.case.keys import mark_of
@@ -18,25 +22,23 @@ from fragfield.case.tables.surroundings import (
     BarricadeTable,
     ExposedBuildingTable,
     PersonTable,
+    PlacesTable,
     RoadTable,
     WallTable,
 )
 from fragfield.errors import InputError, nearest
-from fragfield.places.polygons import box_around, convex_parts
 from fragfield_base.errors import show
 from fragfield_base.inputs import Quantity
 from fragfield_base.units import UnitError, read_measure
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
-    from pathlib import Path
+    from shapely import Polygon
 
-    from pydantic import BaseModel
-
-    from fragfield.case.tables.site import PlacesTable
-    from fragfield.places.features import Array, Feature
+    from fragfield.places.features import Feature
     from fragfield.places.site import Site
 
+
+Array = NDArray[np.float64]
 
 _BEYOND = 5e3  # m: no fragment flies farther
 _LOOSE_BOX = 0.15  # by which the box around a building may be larger than its outline, unsaid
@@ -56,18 +58,6 @@ _PLACED = {"name", "kind", "position", "latitude", "longitude", "points", "point
 _SUFFIX = re.compile(r"^(.*?)[_ ]*[\[(]?\s*(mm|cm|km|m|ft|in|m2|m\^2|ft2|J|kJ)\s*[\])]?$")
 
 
-def read_places(path: Path) -> tuple[list[Feature], list[str]]:
-    """Features of a GeoJSON, KML or KMZ file; raises InputError for other endings and for faults in it."""
-    from fragfield.places.features import read_geojson, read_kml
-
-    kind = path.suffix.casefold()
-    if kind in (".geojson", ".json"):
-        return read_geojson(path)
-    if kind in (".kml", ".kmz"):
-        return read_kml(path)
-    raise InputError(f"{path}: found a file that ends in {kind or 'nothing'}; allowed: .geojson, .json, .kml, .kmz")
-
-
 def tables_of_places(
     table: PlacesTable, path: Path, site: Site, origin: tuple[float, float] = (0.0, 0.0)
 ) -> tuple[dict[str, list[dict[str, Any]]], list[str]]:
@@ -77,7 +67,11 @@ def tables_of_places(
     file, kinds that are not known, shapes that a kind cannot have, sizes that are missing or have no unit, places
     farther than 100 km, or at positions whose latitude and longitude are exchanged.
     """
-    features, notes = read_places(path)
+    from fragfield.places.features import READERS
+
+    if (ending := path.suffix.casefold()) not in READERS:
+        raise InputError(f"{path}: found a file that ends in {ending or 'nothing'}; allowed: {', '.join(READERS)}")
+    features, notes = READERS[ending](path)
     kinds = _kinds(path, features, table)
     _check_distances(path, [one for one, kind in zip(features, kinds, strict=True) if kind != "ignore"], site)
     made: dict[str, list[dict[str, Any]]] = {"exposed": [], "obstacle": []}
@@ -106,7 +100,10 @@ def tables_of_places(
         except InputError as fault:
             raise InputError(f"{feature.where}: {fault}") from None
         for place in placed:
-            made[where].append({"name": _unique(feature, kind, names), "kind": kind, **place, **known})
+            name = feature.name or kind
+            names[name] += 1
+            own = name if feature.name and names[name] == 1 else f"{name} {names[name]}"
+            made[where].append({"name": own, "kind": kind, **place, **known})
     if ignored:
         notes.append(f"{ignored} places ignored by their kind")
     return {key: entries for key, entries in made.items() if entries}, notes
@@ -116,14 +113,7 @@ def _title(feature: Feature) -> str:
     return feature.where.rpartition(": ")[2]
 
 
-def _unique(feature: Feature, kind: str, names: Counter[str]) -> str:
-    name = feature.name or kind
-    names[name] += 1
-    return name if feature.name and names[name] == 1 else f"{name} {names[name]}"
-
-
 def _kinds(path: Path, features: Sequence[Feature], table: PlacesTable) -> list[str]:
-    """Kind of every feature: by its property, its folder, or its shape, as `kinds` maps them."""
     mapped = {key.casefold(): value for key, value in (table.kinds or {}).items()}
     for key, kind in (table.kinds or {}).items():
         if kind not in _KINDS and kind != "ignore":
@@ -150,7 +140,6 @@ def _kinds(path: Path, features: Sequence[Feature], table: PlacesTable) -> list[
 
 
 def _known(word: str, mapped: Mapping[str, str]) -> str:
-    """Kind that a word means; empty for none."""
     if word in mapped:
         return mapped[word]
     return word if word in _KINDS else _PLURALS.get(word, "")
@@ -207,7 +196,6 @@ def _km(distance: float) -> str:
 def _placed(
     feature: Feature, kind: str, line: Array, table: PlacesTable, known: dict[str, Any], notes: list[str]
 ) -> Iterator[dict[str, Any]]:
-    """Where a feature stands: one entry, or several of an outline that is not convex or a barricade with bends."""
     if kind == "person":
         yield {"position": _metres(line[0])}
     elif kind == "road":
@@ -244,7 +232,6 @@ def _metres(point: Sequence[float] | Array) -> list[str]:
 
 
 def _values(feature: Feature, kind: str, model: type[BaseModel], table: PlacesTable) -> dict[str, Any]:
-    """Properties that are keys of the kind's table, with their units."""
     made = {}
     for name, value in feature.properties.items():
         if value in (None, "") or isinstance(value, (dict, list, bool)):
@@ -262,7 +249,6 @@ def _values(feature: Feature, kind: str, model: type[BaseModel], table: PlacesTa
 
 
 def _key_of(name: str, model: type[BaseModel]) -> tuple[str | None, str | None]:
-    """Key of a table that a property is called, and the unit that its name ends with."""
     plain = name.strip().casefold().replace(" ", "_")
     keys = [key for key in model.model_fields if key not in _PLACED]
     if plain in keys:
@@ -303,3 +289,64 @@ def _measure(value: object, unit: str | None, quantity: Quantity, table: PlacesT
             f"of the property as {name}, or for lengths as places.unit"
         )
     return f"{number:.10g} {unit}"
+
+
+Box = tuple[tuple[float, float], float, float, float]
+"""Centre, length, width (m) and direction of the length from +x (degrees)."""
+_ALIKE = 1e-3  # of the area: by which a convex hull may be larger
+_NEAR = 0.02  # m: a corner nearer to the line between its neighbours is none
+_MOST = 500  # corners
+
+
+def _outline(corners: Array) -> Polygon:
+    import shapely
+
+    outline = shapely.Polygon(corners) if len(corners) > 2 else shapely.Polygon()
+    if not outline.convex_hull.area > 0.0:
+        raise InputError("found an outline without area; allowed: three corners or more that are not on a line")
+    return outline
+
+
+def box_around(corners: Array) -> tuple[Box, float]:
+    """The smallest box around corners (n, 2) in m, and how much larger than the outline it is, as a fraction."""
+    outline = _outline(corners)
+    hull = np.array(outline.convex_hull.exterior.coords)
+    # One of its sides lies along one of the hull's.
+    along = np.diff(hull, axis=0) / np.hypot(*np.diff(hull, axis=0).T)[:, None]
+    across = np.column_stack([-along[:, 1], along[:, 0]])
+    low, high = (np.stack([edge(hull @ way.T, axis=0) for way in (along, across)]) for edge in (np.min, np.max))
+    sides = high - low
+    best = int(np.argmin(np.round(sides.prod(axis=0), 9)))
+    centre = 0.5 * (low + high)[:, best] @ np.array([along[best], across[best]])
+    turn = math.degrees(math.atan2(along[best, 1], along[best, 0])) + (90.0 if sides[1, best] > sides[0, best] else 0.0)
+    width, length = sorted(sides[:, best].tolist())
+    return ((float(centre[0]), float(centre[1])), length, width, turn % 180.0), length * width / outline.area - 1.0
+
+
+def convex_parts(corners: Array) -> list[Array]:
+    """Convex polygons, counter-clockwise, that make up an outline: triangles joined while they stay convex.
+
+    Raises InputError: the outline has no area or crosses itself.
+    """
+    import shapely
+
+    outline = _outline(corners)
+    parts = [outline]
+    if outline.convex_hull.area > outline.area * (1.0 + _ALIKE):
+        if not outline.is_valid:
+            raise InputError("found an outline that crosses itself; allowed: a simple one")
+        outline = outline.simplify(_NEAR)
+        if len(outline.exterior.coords) > _MOST:
+            raise InputError(f"found an outline of more than {_MOST} corners that is not convex; allowed: {_MOST}")
+        parts = list(shapely.get_parts(shapely.constrained_delaunay_triangles(outline)))
+    first = 0
+    while first < len(parts):
+        for other in range(first + 1, len(parts)):
+            whole = parts[first].union(parts[other])
+            if whole.convex_hull.area <= whole.area * (1.0 + 1e-9):
+                parts[first] = whole
+                del parts[other]
+                break
+        else:
+            first += 1
+    return [np.array(shapely.geometry.polygon.orient(one.convex_hull).exterior.coords)[:-1] for one in parts]

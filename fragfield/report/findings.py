@@ -422,31 +422,24 @@ _JUDGED = {"certainty", "contact_energy", "drag_table", "no_end", "passed_throug
 
 def findings(run: StoredRun) -> list[Finding]:
     """All findings of a run, the gravest first."""
-    found = [
-        *_stages(run),
-        *ledger_findings(run),
-        *burst_findings(run),
-        *break_up_findings(run),
-        *flight_findings(run),
-        *imprint_findings(run),
-    ]
-    found += [*convergence_findings(run), *_recorded(run)]
+    found = [] if not run.missing else [
+        Finding("warning", f"Not yet run: {', '.join(run.missing)}. Results that depend on it are missing below.")
+    ]  # fmt: skip
+    judges = (
+        ledger_findings,
+        burst_findings,
+        break_up_findings,
+        flight_findings,
+        imprint_findings,
+        convergence_findings,
+    )
+    found += [one for judge in judges for one in judge(run)]
+    said = list(doubts(run.values, burst=run.fragments_file is None)) if run.values is not None else []
+    said += [one.text for one in run.summary.findings if one.code not in _JUDGED]
+    found += [Finding("warning", _sentence(text)) for text in dict.fromkeys(said)]
     if run.provenance:
         found.append(Finding(*validation_words(run)))
     return sorted(found, key=lambda item: _ORDER[item.weight])
-
-
-def _stages(run: StoredRun) -> list[Finding]:
-    if not run.missing:
-        return []
-    names = ", ".join(run.missing)
-    return [Finding("warning", f"Not yet run: {names}. Results that depend on it are missing below.")]
-
-
-def _recorded(run: StoredRun) -> list[Finding]:
-    found = list(doubts(run.values, burst=run.fragments_file is None)) if run.values is not None else []
-    found += [one.text for one in run.summary.findings if one.code not in _JUDGED]
-    return [Finding("warning", _sentence(text)) for text in dict.fromkeys(found)]
 
 
 def _sentence(text: str) -> str:

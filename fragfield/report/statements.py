@@ -56,12 +56,8 @@ def summary_terms(run: StoredRun) -> str:
     return f"{text}Distances are measured from the origin given in the case."
 
 
-def limits(run: StoredRun) -> tuple[str, ...]:
+def limits(run: StoredRun) -> Iterator[str]:
     """What the result does not cover: only what holds for the case at hand."""
-    return tuple(_limits(run))
-
-
-def _limits(run: StoredRun) -> Iterator[str]:
     yield (
         "Fragments of the casings only: no blast, heat or ground shock, no debris of buildings, vehicles or soil, no "
         "secondary fragments."
@@ -134,16 +130,11 @@ def _of_flight(case: CaseTable, *, several: bool) -> Iterator[str]:
             "of steel fragments; vary flight.ground.departure_factor and roughness_factor, which decide most."
         )
     ground = "the height map" if case.flight.ground.map is not None else "flat ground"
-    stops = _names_of_obstacles(case)
-    if stops:
+    names = [f"{one.kind} “{one.name}”" for one in case.obstacle]
+    if stops := ", ".join(names[:6]) + (f" and {len(names) - 6} more" if len(names) > 6 else ""):
         yield f"Fragments land on {ground}; only what the case defines stops them: {stops}. Vegetation is not modelled."
     else:
         yield f"Fragments land on {ground}, and nothing stops them: the case has no walls, barricades or buildings."
-
-
-def _names_of_obstacles(case: CaseTable) -> str:
-    names = [f"{one.kind} “{one.name}”" for one in case.obstacle]
-    return ", ".join(names) if len(names) <= 6 else f"{', '.join(names[:6])} and {len(names) - 6} more"
 
 
 def many_rounds(run: StoredRun) -> bool:

@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fragfield.errors import InputError
-from fragfield.files.run_directory import STAGES, RunDirectory
-from fragfield.files.stamped import read_stamped_json, stored_case_text
+from fragfield.files.run_directory import STAGES, RunDirectory, read_stamped_json, stored_case_text
 from fragfield_base.hdf5_files import reading
 from fragfield_base.paths import absolute
 
@@ -24,7 +23,7 @@ if TYPE_CHECKING:
     from flight.hazard.ensemble import EnsembleHazard
     from fragfield.case import CaseTable
     from fragfield.case.tables.flight import HazardTable
-    from fragfield.case.tables.site import DocumentTable
+    from fragfield.case.tables.surroundings import DocumentTable
     from fragfield.interface.burst import Burst, RoundTables
     from fragfield.results.rules import Official
     from fragfield.results.site import ExposedSite
@@ -245,7 +244,7 @@ class StoredRun:
     @property
     def document(self) -> DocumentTable:
         """Number, revision and names; empty texts where the directory holds no case."""
-        from fragfield.case.tables.site import DocumentTable
+        from fragfield.case.tables.surroundings import DocumentTable
 
         return self.values.document if self.values is not None else DocumentTable()
 

@@ -11,13 +11,14 @@ nothing runs.
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 from math import hypot
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
+from rich.console import Console
 from rich.table import Table as Lines
 from rich.text import Text
 
@@ -27,20 +28,15 @@ from fragfield.hazard.contents import with_images
 from fragfield.interface.kinds import Every, Length, Steps
 from fragfield.results.part import Part, out
 from fragfield.results.rules import DistanceOfUse
+from fragfield.results.summary import Summary
 from fragfield.results.words import metres, whole_metres
 from fragfield.studies.study import DONE, FAILED, KEPT, Row, exit_code_of_rows, maker
-from fragfield.studies.sweep import Sweep, settings_of
+from fragfield.studies.sweep import Planned, Sweep, settings_of
+from fragfield.studies.workers import Task
 from fragfield_base.inputs import NotAllowedError, Quantity
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-
     from pandas import DataFrame
-    from rich.console import Console
-
-    from fragfield.results.summary import Summary
-    from fragfield.studies.sweep import Planned
-    from fragfield.studies.tasks import Task
 
 
 _DISTANCE = Quantity("m", "300 m", above=0.0)
@@ -146,7 +142,12 @@ class Limit(Sweep):
                 self._limit = float(_DISTANCE.parse(self.distance))
             except NotAllowedError as error:
                 raise InputError(f"--distance: {error}") from None
-        setting = self.values if isinstance(self.values, str) else _setting_of_one(self.values)
+        setting = self.values
+        if not isinstance(setting, str):
+            if len(setting) != 1:
+                words = f"found {len(setting)} keys; allowed: one, such as {{'stack.count': range(1, 21)}}"
+                raise InputError(f"values: {words}")
+            (setting,) = settings_of(setting)
         self.plan_runs([listed_values(setting)])
         self.key = self.keys[0]
         if len(self.rows) < 2:
@@ -183,7 +184,6 @@ class Limit(Sweep):
             low, high = (middle, high) if rows[middle].met else (low, middle)
 
     def _judge(self) -> None:
-        """Judge the runs that have ended by their summaries: another `distance` may be asked for than before."""
         for row in self.rows:
             if row.state == FAILED:
                 row.met, row.reasons = False, [f"the run failed: {row.message}"]
@@ -245,7 +245,6 @@ class Limit(Sweep):
             console.print(words)
 
     def _words(self) -> list[str]:
-        """The limit in one sentence, and what is to be known of it."""
         limit = self.found.limit
         if limit is None:
             return [f"limit: none, so that {self.criteria}", *self.remarks]
@@ -375,12 +374,6 @@ def _falls(rows: Sequence[LimitRow]) -> Iterator[str]:
 
 def _rounds(number: int) -> str:
     return f"{number} round{'' if number == 1 else 's'}"
-
-
-def _setting_of_one(values: Mapping[str, Sequence[Any]]) -> str:
-    if len(values) != 1:
-        raise InputError(f"values: found {len(values)} keys; allowed: one, such as {{'stack.count': range(1, 21)}}")
-    return settings_of(values)[0]
 
 
 def listed_values(setting: str) -> str:

@@ -3,21 +3,18 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 from fragfield.errors import InputError
 from fragfield.interface.kinds import PathName
 from fragfield.interface.results import Run
-from fragfield.quantities import shown
+from fragfield.quantities import Quantity, shown
 from fragfield.results.part import value_at
+from fragfield.results.summary import Summary
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from pandas import DataFrame
-
-    from fragfield.quantities import Quantity
-    from fragfield.results.summary import Summary
 
 
 def compare_runs(run: Run | PathName, reference: Run | PathName) -> DataFrame:
@@ -69,7 +66,6 @@ def _row(one: Quantity, run: Summary, reference: Summary) -> Iterator[dict[str, 
 
 
 def _parts(summary: Summary) -> set[str]:
-    """The parts that a recommended distance holds."""
     return (
         set()
         if summary.hazard is None

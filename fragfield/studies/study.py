@@ -11,11 +11,13 @@ import shutil
 import sys
 import time
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import KW_ONLY, asdict, dataclass, field
 from functools import wraps
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, ParamSpec, Self, TypeVar
+from typing import Any, ClassVar, ParamSpec, Self, TypeVar
+
+from rich.console import Console
 
 from fragfield.case import CaseTable, plain, to_toml
 from fragfield.errors import EXIT_DONE, EXIT_NUMERICAL, InputError
@@ -23,21 +25,12 @@ from fragfield.files.run_directory import RunDirectory
 from fragfield.interface.case import Case
 from fragfield.interface.kinds import Address, CaseFile, Count, Folder
 from fragfield.pipeline.parallel import launched_size
-from fragfield.results.part import to_json
-from fragfield.studies.tasks import Outcome, Task
-from fragfield.studies.workers import make_all, workers_of
+from fragfield.results.part import Part, to_json
+from fragfield.studies.workers import Outcome, Task, make_all, workers_of
 from fragfield.terminal.show import plain_console
 from fragfield_base.paths import absolute
 from fragfield_base.reading import read_text
 from fragfield_base.writing import csv_table, described, locked, refuse_link, write_text
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping, Sequence
-
-    from rich.console import Console
-
-    from fragfield.results.part import Part
-
 
 Parameters = ParamSpec("Parameters")
 Made = TypeVar("Made", bound="Study")
@@ -264,7 +257,6 @@ class Study(ABC):
             yield task
 
     def _refuse_others(self) -> None:
-        """Refuse before the first run what would be refused at the last one."""
         hint = "of another case; use another --out, or --overwrite to replace such runs"
         for row in self.rows if not self.overwrite else ():
             kept = self._journal.rows.get(row.name)

@@ -13,14 +13,16 @@ from __future__ import annotations
 import hashlib
 import itertools
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
+from rich.console import Console
 from rich.table import Table as Lines
 from rich.text import Text
 
-from fragfield.case import differences, load_changed_case
+from fragfield.case import CaseTable, differences, load_changed_case
 from fragfield.case.changes import read_value
 from fragfield.case.problem import is_brief
 from fragfield.case.write import toml_value
@@ -34,16 +36,10 @@ from fragfield.results.part import Part
 from fragfield.results.summary import Summary
 from fragfield.results.words import not_included_words, whole_metres
 from fragfield.studies.study import DONE, FAILED, KEPT, Row, Study, digest_of, exit_code_of_rows, maker
-from fragfield.studies.tasks import Task
+from fragfield.studies.workers import Task
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-    from pathlib import Path
-
     from pandas import DataFrame
-    from rich.console import Console
-
-    from fragfield.case import CaseTable
 
 
 _STAGES = ("run", "burst")
@@ -339,7 +335,6 @@ def labels_of(keys: Sequence[str]) -> dict[str, str]:
 
 
 def _name(values: Mapping[str, Any]) -> str:
-    """Name of a run's directory, the same for the same values in any sweep."""
     name = "_".join(_NOT_IN_NAMES.sub("_", f"{label} {value}").strip("_.") for label, value in values.items())
     if len(name) <= _LONGEST_NAME:
         return name

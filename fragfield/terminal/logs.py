@@ -6,7 +6,6 @@ import logging
 import os
 import re
 import sys
-import threading
 import warnings
 from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, Any, TextIO
@@ -23,9 +22,6 @@ if TYPE_CHECKING:
 LOGGERS = ("fragfield", "burst_fenicsx", "transition", "flight", "py.warnings")
 """Those of our packages, and that of Python's warnings."""
 _FORMAT = "%(asctime)s %(levelname)-7s %(name)s: %(message)s"
-_lock = threading.Lock()
-_shown_before: list[tuple[Any, Any]] = []  # as often as warnings are captured: what showed and captured them before
-_before: dict[str, tuple[int, int, bool]] = {}  # of each logger in use: by how many, its level and propagation before
 
 
 class _Short(logging.Formatter):
@@ -59,28 +55,20 @@ class _Once(logging.Filter):
 
 
 @contextmanager
-def _handled(handler: logging.Handler, names: tuple[str, ...]) -> Iterator[None]:
-    """Give the loggers a handler; the last of several that overlap, as in threads, leaves them as they were."""
-    loggers = [logging.getLogger(name) for name in names]
-    with _lock:
-        for logger in loggers:
-            users, level, propagate = _before.get(logger.name, (0, logger.level, logger.propagate))
-            _before[logger.name] = users + 1, level, propagate
-            logger.addHandler(handler)
-            logger.propagate = False  # some libraries hang a handler of their own on the root logger
-            logger.setLevel(min(logger.level or logging.INFO, logging.INFO))
+def _handled(handler: logging.Handler) -> Iterator[None]:
+    loggers = [logging.getLogger(name) for name in LOGGERS]
+    before = [(logger, logger.level, logger.propagate) for logger in loggers]
+    for logger in loggers:
+        logger.addHandler(handler)
+        logger.propagate = False  # some libraries hang a handler of their own on the root logger
+        logger.setLevel(min(logger.level or logging.INFO, logging.INFO))
     try:
         yield
     finally:
-        with _lock:
-            for logger in loggers:
-                users, level, propagate = _before.pop(logger.name)
-                logger.removeHandler(handler)
-                if users > 1:
-                    _before[logger.name] = users - 1, level, propagate
-                else:
-                    logger.setLevel(level)
-                    logger.propagate = propagate
+        for logger, level, propagate in before:
+            logger.removeHandler(handler)
+            logger.setLevel(level)
+            logger.propagate = propagate
         handler.close()
 
 
@@ -112,7 +100,7 @@ def logged(path: Path, *, fresh: bool) -> Iterator[None]:
     stream = os.fdopen(descriptor, "a", encoding="utf-8", errors="backslashreplace")
     handler = _LogFile(stream)
     handler.setFormatter(_Visible(_FORMAT))
-    with _captured_warnings(), _handled(handler, LOGGERS):
+    with _captured_warnings(), _handled(handler):
         yield
 
 
@@ -127,7 +115,7 @@ def to_stderr(*, quiet: bool) -> Iterator[None]:
     silent, root = logging.NullHandler(), logging.getLogger()  # without a handler Python shows all of them
     root.addHandler(silent)
     try:
-        with _captured_warnings(), _handled(handler, LOGGERS):
+        with _captured_warnings(), _handled(handler):
             yield
     finally:
         root.removeHandler(silent)
@@ -135,25 +123,21 @@ def to_stderr(*, quiet: bool) -> Iterator[None]:
 
 @contextmanager
 def _captured_warnings() -> Iterator[None]:
-    """Python's warnings as records of the logger "py.warnings"; may be nested, and overlap in threads.
+    """Python's warnings as records of the logger "py.warnings", with their code.
 
-    `logging.captureWarnings` keeps one state for the whole process, which `warnings.catch_warnings` elsewhere undoes.
-    No library may call it meanwhile, as ffcx does when the burst loads it: our warnings would lose their code, and with
-    it their place in summary.json and on the terminal.
+    Not by `logging.captureWarnings`, which no library may call meanwhile, as ffcx does when the burst loads it: our
+    warnings would lose their code, and with it their place in summary.json and on the terminal.
     """
-    with _lock:
-        if not _shown_before:
-            _shown_before.append((warnings.showwarning, logging.captureWarnings))
-        else:
-            _shown_before.append(_shown_before[0])
-        warnings.showwarning, logging.captureWarnings = _show, _leave_warnings
+
+    def leave(capture: bool) -> None:
+        """Let warnings go where they go already."""
+
+    before = warnings.showwarning, logging.captureWarnings
+    warnings.showwarning, logging.captureWarnings = _show, leave
     try:
         yield
     finally:
-        with _lock:
-            before = _shown_before.pop()
-            if not _shown_before:
-                warnings.showwarning, logging.captureWarnings = before
+        warnings.showwarning, logging.captureWarnings = before
 
 
 def _show(
@@ -171,10 +155,6 @@ def _show(
     code = getattr(category, "code", category.__name__)
     extra = {"words": str(message), "category": category, "code": code}
     logging.getLogger("py.warnings").warning("%s", text, extra=extra)
-
-
-def _leave_warnings(capture: bool) -> None:
-    """Stand in for `logging.captureWarnings`: warnings go where they go already."""
 
 
 # C0 and C1 but for the new line and the tabulator, marks that turn the direction of writing, and halves of characters,

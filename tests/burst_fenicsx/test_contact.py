@@ -299,7 +299,7 @@ def test_surfaces_and_planes_share_the_budget(planes, monkeypatch):
     contact = bodies(pair, [(0.0, 0.0, 0.0)] * 2, replace(QUIET, cell_size=0.01, planes=planes)).contact
     budgets = []
     for part in (contact.collisions, *contact.planes):
-        monkeypatch.setattr(part, "find_forces", lambda budget, _: budgets.append(budget))
+        monkeypatch.setattr(part, "add_forces", lambda budget, _: budgets.append(budget))
     contact.add_forces(np.sqrt(max_squared_phase(QUIET.time_step) / 8.0), 0.0, front_is_active=False)
     assert len(budgets) == 1 + len(planes)
     assert sum(budgets) == pytest.approx(8.0, rel=1e-12)
@@ -310,7 +310,7 @@ def test_the_impulse_of_a_force_that_grows_evenly_is_exact(monkeypatch):
     """F = a t from rest: a t^2 / 2, by steps of any size."""
     contact, growth, time = against(box((1, 1, 1), (0.01,) * 3)).contact, np.array([2e9, -1e9, 5e8]), 0.0
     (plane,) = contact.planes
-    monkeypatch.setattr(plane, "find_forces", lambda *_: None)
+    monkeypatch.setattr(plane, "add_forces", lambda *_: None)
     for step in [1e-6, 3e-6, 0.5e-6, 2e-6, 2e-6]:
         time += step
         plane.given = growth * time

@@ -174,9 +174,11 @@ def pressed_once(law, pairs, facets, rows):
 def pressed_on_plane(law, normal, pairs, rows):
     """A step of the one pair of a plane through the origin: what it sums up is the pair's own."""
     near, plane = np.zeros(1, dtype=np.int32), np.zeros((1, 0), dtype=np.int32)
-    friction, force, deepest, inner = press_on_plane(law, normal, 0.0, near, 1, (0.0, 0.0), pairs, plane, rows)
+    rows.sums[:] = 0.0
+    friction, force, deepest, inner = press_on_plane(law, normal, 0.0, near, 1, (0.0, 0.0, 0.0), pairs, plane, rows)
     assert (friction, deepest, inner) == (pairs.energies[0, 1], -pairs.gap[0], 0.0)
     np.testing.assert_array_equal(force, pairs.force[0])
+    np.testing.assert_array_equal(rows.sums[4], [*force, 0.0])
 
 
 @pytest.mark.parametrize("weight", [(0.25, 0.25, 0.25, 0.25), (0.1, 0.4, 0.4, 0.1), (0.0, 0.0, 0.0, 1.0)])
@@ -186,7 +188,9 @@ def test_the_reduced_mass_is_the_force_over_the_acceleration_of_the_gap(weight, 
     pairs, rows = one_node(FACE, weight)
     rows.load[2] = load
     pressed_once(Law(BUDGET, STEP, FRICTION), pairs, FACE, rows)
-    add_pairs(pairs, FACE, (1e3, 1e3), rows)
+    for inner, deepest in ((1, 0.0), (0, DEPTH)):
+        rows.sums[:] = 0.0
+        assert add_pairs(pairs, FACE, inner, (1e3, 1e3, 0.0), rows) == (pairs.energies[0, 1], DEPTH, deepest)
     force, acceleration = pairs.force[0, 2], rows.sums[:, 2] / MASS
     apart = acceleration[4] - weight @ acceleration[:4]
     assert pairs.reduced[0] == pytest.approx(force / apart, rel=1e-5)

@@ -238,7 +238,7 @@ def test_a_run_stops_where_a_hundredth_has_passed(caplog):
 
 def test_a_burst_whose_casing_passes_a_plane_stops_with_its_outputs_written(tmp_path, monkeypatch):
     """A plane that pushes nothing: the run ends where it is looked at, exit code 3, with all outputs before it."""
-    monkeypatch.setattr(PlaneContact, "find_forces", lambda *_: None)
+    monkeypatch.setattr(PlaneContact, "add_forces", lambda *_: None)
     middle = Mirror("middle", (0.0, 0.0, 0.0), (1.0, 0.0, 0.0))
     settings = replace(SETTINGS, end_time=80e-6, output_interval=10e-6, planes=(middle,))
     going = Simulation([tube(name="right", position=(0.08, 0.0, 0.0))], settings, tmp_path, MPI.COMM_SELF, {})

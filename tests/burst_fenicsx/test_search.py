@@ -7,14 +7,13 @@ import pytest
 
 pytest.importorskip("dolfinx")
 
-from burst_fenicsx.contact.search import box_around, boxes_around, in_balls, meet
+from burst_fenicsx.contact.search import box_around, in_balls, meet
 from burst_fenicsx.kernels.constants import UNLOADED_TIME
 from burst_fenicsx.kernels.contact.collisions import Candidates, collide
 from burst_fenicsx.kernels.contact.facets import closest_point
 from burst_fenicsx.kernels.contact.law import Law
 from burst_fenicsx.kernels.contact.pairs import Rows, no_pairs
-from burst_fenicsx.kernels.contact.search import Bodies, find_candidates
-from burst_fenicsx.kernels.geometry.faces import area_vectors
+from burst_fenicsx.kernels.contact.search import Bodies, face_shapes, find_candidates
 
 pytestmark = pytest.mark.dolfinx
 
@@ -29,7 +28,8 @@ def test_boxes_meet_where_they_overlap_along_every_axis():
 
 
 def test_around_nothing_is_a_box_that_meets_nothing():
-    boxes = boxes_around(np.random.default_rng(1).normal(size=(50, 4, 3)), np.full(50, 1.0))
+    centre = np.random.default_rng(1).normal(size=(50, 3))
+    boxes = np.hstack([centre - 1.5, centre + 1.5])
     assert meet(boxes, box_around(np.zeros((1, 3)), np.ones((1, 3)))).any()
     assert not meet(boxes, box_around(np.zeros((0, 3)), np.zeros((0, 3)))).any()
 
@@ -69,10 +69,8 @@ def sheets(count, seed, bodies=4):
 
 
 def found_by_hash(nodes, bodies, reach, cell):
-    corners, normals = nodes[bodies.faces], np.zeros_like(nodes)
-    boxes, areas = boxes_around(corners, np.full(len(corners), reach)), area_vectors(corners)
-    for corner in range(4):
-        np.add.at(normals, bodies.faces[:, corner], areas)
+    count = len(bodies.faces)
+    boxes, areas, normals = face_shapes(nodes, bodies.faces, np.arange(count), np.full(count, reach), count)
     active = np.arange(len(nodes), dtype=np.int32)
     first, faces = find_candidates(nodes, bodies, areas, active, normals, boxes, cell)
     return {(node, face) for node in active for face in faces[first[node] : first[node + 1]]}, len(faces)

@@ -7,7 +7,7 @@ import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-from fragfield.studies.tasks import Outcome
+from fragfield.studies.workers import Outcome
 
 __all__ = ["Threads", "answer", "in_threads", "wait_for_interruption"]
 

@@ -18,7 +18,7 @@ from flight.hazard.density.directions import Directions
 from flight.hazard.density.sectors import SECTOR_HITS
 from flight.hazard.ensemble import EnsembleHazard
 from flight.rows import LANDING, Status
-from fragfield.files.stamped import stamped_toml
+from fragfield.files.run_directory import stamped_toml
 from fragfield.hazard.recommended import hazard_of, recommended_of
 from fragfield.interface.results import Run
 from fragfield.results.part import to_json

@@ -105,19 +105,6 @@ def test_a_resolved_case_of_mixed_attitudes_is_read_again(tmp_path):
     assert plain(again)["round"] == plain(case)["round"]
 
 
-WALL = {"name": "wall", "kind": "wall", "start": ["9 m", "-5 m"], "end": ["9 m", "5 m"], "height": "3 m"}
-MAN = {"name": "man", "kind": "person", "position": ["90 m", "0 m"]}
-HOUSE = {
-    "name": "house",
-    "kind": "building",
-    "position": ["90 m", "0 m"],
-    "length": "9 m",
-    "width": "6 m",
-    "height": "4 m",
-}
-ANY_REFUSED = 'round[1].attitude: found "any" together with'
-
-
 def test_distances_of_any_are_counted_from_the_rounds():
     _refused(
         ["flight.origin: found 2 m from the centre of the rounds", "at most 0.5 m"],

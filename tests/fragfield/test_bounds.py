@@ -9,14 +9,13 @@ import pytest
 from pydantic import BaseModel
 
 from fragfield.case import load_case
-from fragfield.case.checks.bounds import outside_hard, outside_soft
+from fragfield.case.faults import outside_hard, outside_soft
 from fragfield.case.keys import bounds_of, marks_of, tables_in
 from fragfield.case.load import case_from_document
 from fragfield.case.schema import CaseTable
 from fragfield.errors import InputError
-from fragfield_base.bounds import UNIT_BOUNDS, Bounds, OnlyWith
+from fragfield_base.bounds import UNIT_BOUNDS, Bounds
 from fragfield_base.inputs import Quantity, Vector
-from fragfield_base.units import DIMENSIONS
 from tests.attack.cases import BASE
 from tests.fragfield.short_run import ROOT, SHORT, invoke
 
@@ -34,10 +33,6 @@ def _fields(model: type[BaseModel], above=""):
 FIELDS = dict(_fields(CaseTable))
 
 
-def test_every_unit_has_bounds():
-    assert set(DIMENSIONS) | {""} == set(UNIT_BOUNDS)
-
-
 def test_bounds_have_a_reason_hold_the_default_and_are_narrower_when_usual():
     for key, bounds, default in [
         *((key, bounds_of(field), field.default) for key, field in FIELDS.items()),
@@ -50,25 +45,6 @@ def test_bounds_have_a_reason_hold_the_default_and_are_narrower_when_usual():
             assert bounds.usual is None or bounds.usual[0] <= default <= bounds.usual[1], key
         if bounds.usual is not None:
             assert bounds.low <= bounds.usual[0] < bounds.usual[1] <= bounds.high, key
-
-
-def test_a_key_that_another_excludes_names_a_key_of_its_table():
-    def tables(model):
-        yield model
-        for field in model.model_fields.values():
-            for _, table in tables_in(field.annotation):
-                yield from tables(table)
-
-    found = [
-        (model.model_fields, mark)
-        for model in tables(CaseTable)
-        for field in model.model_fields.values()
-        for mark in marks_of(field)
-        if isinstance(mark, OnlyWith)
-    ]
-    assert len(found) > 40
-    assert all(mark.key in fields for fields, mark in found)
-    assert not [mark for _, mark in found if mark.values and mark.without]
 
 
 def _component(field):

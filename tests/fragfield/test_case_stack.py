@@ -23,7 +23,6 @@ from fragfield.errors import InputError
 
 ROUND = {"name": "shell", "profile": "m107", "explosive": "comp_b", "casing": "steel_m107"}
 SHOCK = {"pressure": "5 GPa", "duration": "0.2 us"}
-PAIR = {"arrangement": "row", "count": 2, "gap": "1 mm"}
 WIDTH, LENGTH = 0.155, 0.6039
 
 
@@ -156,40 +155,7 @@ def test_a_resolved_stack_reads_back_as_the_same_case(tmp_path):
     ]
 
 
-def test_a_stack_that_nothing_initiates_is_refused():
-    stack = {"arrangement": "row", "count": 2, "gap": "30 mm"}
-    _refused("round: found no ignition point in any round", round={"ignition": [], "initiation": SHOCK}, stack=stack)
-    _refused("round[1].ignition: found no ignition point", "initiation = {", round={"ignition": []}, stack=stack)
-    stack["initiated"] = [1]
-    unreacted = {"ignition": [], "initiation": SHOCK}
-    _refused('stack.initiated: found, but round "shell" has no', round=unreacted, stack=stack)
-    stack["delays"] = ["0 s", "3 us"]
-    _refused("stack.delays: found 3e-06 s for shell_2, which waits", round={"initiation": SHOCK}, stack=stack)
-
-
-def test_names_and_axes_that_no_stack_can_have():
-    stack = {"arrangement": "row", "round": "shell", "count": 2, "gap": "10 mm"}
-    _refused('round[2].name: found "shell_2"', round=[ROUND, {**ROUND, "name": "shell_2"}], stack=stack)
-    _refused("stack.round: missing", '"shell", "b"', round=[ROUND, {**ROUND, "name": "b"}],
-             stack={"arrangement": "row", "count": 2, "gap": "10 mm"})  # fmt: skip
-    _refused("stand upright or lie level", round={"axis": [0, 1, 1]}, stack={"arrangement": "triangle", "gap": "10 mm"})
-
-
 # ---- rounds in each other
-
-
-def test_overlapping_rounds_are_named_with_the_depth():
-    other = {**ROUND, "name": "b", "position": ["150 mm", "0 mm", "0 mm"]}
-    _refused('round[2].position: "b" reaches 5 mm into round[1] "shell"', round=[ROUND, other])
-    stack = {"arrangement": "row", "round": "shell", "count": 2, "gap": "15 mm"}
-    other["position"] = ["0 mm", "0 mm", "0 mm"]
-    _refused('stack: "shell_1" reaches 70 mm into round[1] "b"', 'stack: "shell_2" reaches 70 mm into round[1] "b"',
-             round=[other, ROUND], stack=stack)  # fmt: skip
-
-
-def test_a_crossed_round_is_refused_by_the_depth_between_the_axes():
-    lying = {**ROUND, "name": "b", "position": ["150 mm", "-250 mm", "150 mm"], "axis": [0, 1, 0]}
-    _refused('"b" reaches 5 mm into round[1] "shell"', round=[ROUND, lying])
 
 
 def test_rounds_of_a_stack_without_a_gap_touch_with_their_meshes():
@@ -254,20 +220,6 @@ def test_contact_reaches_the_burst_and_its_defaults_are_the_stages():
     )
 
 
-def test_a_key_in_the_wrong_table_is_sent_to_its_own():
-    _refused("contact: unknown key (a key of this name belongs to burst.contact)", contact={"surfaces": True})
-    _refused(
-        "burst.initiation: unknown key (a key of this name belongs to round.initiation)", burst={"initiation": SHOCK}
-    )
-    _refused('planes: unknown key (did you mean "plane"?)', planes=[])
-    # Several kinds of a table have the key: each table is named once.
-    _refused(
-        "burst.kind: unknown key (a key of this name belongs to plane.kind or obstacle.kind or witness.kind or "
-        "exposed.kind or site.places.kind)",
-        burst={"kind": "3d"},
-    )
-
-
 def test_planes_reach_the_burst():
     case = _case(
         round={"position": ["100 mm", "100 mm", "0.1 m"]},
@@ -287,31 +239,6 @@ def test_planes_reach_the_burst():
         plane=[{"name": "slope", "kind": "ground", "normal": [-0.1, 0.2, 3], "point": ["0 m", "0 m", "-1 m"]}]
     )
     assert math.hypot(*tilted.plane[0].normal) == pytest.approx(1.0, abs=1e-15)
-
-
-SYMMETRY = {"name": "mid", "kind": "symmetry", "normal": [1, 0, 0]}
-
-
-def test_planes_of_symmetry_stand_at_right_angles():
-    tilted = {"name": "b", "kind": "symmetry", "normal": [1, 1, 0]}
-    _refused('plane[2].normal: "b" stands at 45 degrees to "mid"', "perpendicular", plane=[SYMMETRY, tilted])
-    _refused('"b" stands at 0 degrees to "mid"', plane=[SYMMETRY, {**SYMMETRY, "name": "b"}])
-    four = [{"name": f"s{k}", "kind": "symmetry", "normal": [1, 0, 0]} for k in range(4)]
-    _refused("plane: found 4 planes of symmetry; allowed: at most 3", plane=four)
-    axes = [{"name": f"s{k}", "kind": "symmetry", "normal": np.eye(3)[k].tolist()} for k in range(3)]
-    place = ["0.1 m", "0.1 m", "0.1 m"]
-    assert len(_case(round={"position": place}, plane=axes).plane) == 3
-    _refused('plane[2].name: found "mid", the name of plane[1]', plane=[SYMMETRY, {**SYMMETRY, "normal": [0, 1, 0]}])
-
-
-def test_a_round_cut_by_a_plane_or_behind_it_is_named_with_the_depth():
-    _refused('round[1].position: "shell" reaches 77.5 mm through plane[1] "mid"', plane=[SYMMETRY])
-    behind = {"position": ["-100 mm", "0 mm", "0 mm"]}
-    _refused('plane[1].normal: round "shell" stands behind "mid", 177.5 mm deep', "[-1.0, 0.0, 0.0]",
-             round=behind, plane=[SYMMETRY])  # fmt: skip
-    deck = {"name": "deck", "kind": "wall", "point": ["0 m", "0 m", "20 mm"], "normal": [0, 0, 1]}
-    _refused('stack: "shell_1" reaches 20 mm through plane[1] "deck"', 'stack: "shell_2" reaches 20 mm', plane=[deck],
-             stack={"arrangement": "row", "count": 2, "gap": "10 mm"})  # fmt: skip
 
 
 def test_upright_rounds_stand_on_the_ground_and_lying_ones_just_above_it():

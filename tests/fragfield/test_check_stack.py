@@ -127,39 +127,6 @@ def test_the_cost_of_a_stack_is_that_of_its_rounds():
     assert (last.casing_mass, last.gurney_speed) == (first.casing_mass, first.gurney_speed)
 
 
-def test_rounds_that_wait_for_the_shock_lengthen_the_burst():
-    """Without an end of its own the burst goes on until the last round of the chain has expanded."""
-    waiting = {"initiation": SHOCK}
-    ends = [
-        check_report(_ended_by_itself(round=waiting, stack=_row(4, **keys))).expected.end_time
-        for keys in ({}, {"initiated": [2, 3]}, {"initiated": [1]})
-    ]
-    found = check_report(_ended_by_itself(round=waiting, stack=_row(4))).rounds[0]
-    step = 0.5 * found.charge_length / found.detonation_velocity + 0.0217 / found.gurney_speed
-    assert ends[1] - ends[0] == pytest.approx(step)
-    assert ends[2] - ends[0] == pytest.approx(3 * step)
-
-
-@pytest.mark.parametrize(("side", "measured"), [(2, 220e-6), (3, 272e-6), (4, 438e-6), (5, 542e-6)])
-def test_a_pallet_is_expected_to_end_when_its_computed_burst_does(side, measured):
-    """Ends of n x n M107, Comp B, by this program at 12 mm (3 x 3 at 8 mm): within a fifth, far from a single one's."""
-    pallet = {"arrangement": "pallet", "counts": [side, side, 1], "gap": "21.7 mm"}
-    expected = check_report(_ended_by_itself(stack=pallet)).expected.end_time
-    assert expected == pytest.approx(measured, rel=0.2)
-    assert expected > 1.5 * check_report(_ended_by_itself()).expected.end_time
-
-
-def test_rounds_far_apart_are_expected_to_end_alone():
-    single = check_report(_ended_by_itself()).expected.end_time
-    far = check_report(_ended_by_itself(stack=_row(4, "2 m"))).expected.end_time
-    assert far == pytest.approx(single)
-
-
-def _ended_by_itself(**tables):
-    case = _case(**tables)
-    return case.model_copy(update={"burst": case.burst.model_copy(update={"end_time": None, "stop": "acceleration"})})
-
-
 def test_check_says_what_is_computed_by_symmetry():
     """A row of four: two half rounds, a quarter of the cells of as many rounds in full on the same grid."""
     found = check_report(_case(stack=_row(4)))

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from itertools import combinations
-
 import numpy as np
 import pytest
 from scipy.spatial import cKDTree
@@ -13,7 +11,7 @@ from burst_fenicsx.meshing import mesh_profile
 from burst_fenicsx.meshing.disc import equal_area_factor
 from burst_fenicsx.meshing.sizing import grid_counts
 from fragfield.case.conversion.clearance import Hull, clearance, min_clearance, near_pairs, placed_body
-from fragfield.case.conversion.stack import across_horizontally, pallet, row, triangle
+from fragfield.case.conversion.stack import pallet
 
 RADIUS, LENGTH = 0.0775, 0.3
 
@@ -36,48 +34,6 @@ def _about(centre, axis):
     axis = np.array(axis, dtype=float)
     axis /= np.linalg.norm(axis)
     return _cylinder(np.array(centre) - 0.5 * LENGTH * axis, axis)
-
-
-# ---- places
-
-
-def test_a_row_stands_along_x_about_the_origin():
-    assert row(2, 0.1767) == pytest.approx(np.array([[-0.08835, 0, 0], [0.08835, 0, 0]]), abs=1e-15)
-    places = row(5, 0.3)
-    assert np.array_equal(places[:, 0], -places[::-1, 0]), "symmetric to the last bit"
-    assert np.diff(places[:, 0]) == pytest.approx(np.full(4, 0.3))
-    assert not places[:, 1:].any()
-    assert not row(1, 0.0).any()
-
-
-@pytest.mark.parametrize("base", [1, 2, 3, 5])
-@pytest.mark.parametrize("axis", [(0, 0, 1), (0, 0, -1), (0, 2, 0), (1, 0, 0), (1, 1, 0)])
-def test_in_a_triangle_neighbours_are_one_pitch_apart(base, axis):
-    places = triangle(base, 0.2, axis)
-    assert len(places) == base * (base + 1) // 2
-    distances = np.array([np.linalg.norm(a - b) for a, b in combinations(places, 2)])
-    if base > 1:
-        assert distances.min() == pytest.approx(0.2)
-        assert np.isclose(distances, 0.2).sum() == 3 * base * (base - 1) // 2, "three sides of each upward triangle"
-    assert places[:, :2].mean(axis=0) == pytest.approx([0, 0], abs=1e-15)
-    assert places[:, 2].min() == 0.0
-    assert places @ np.array(axis) == pytest.approx(np.zeros(len(places)), abs=1e-15), "across the axis"
-
-
-def test_a_pallet_counts_along_x_then_y_then_z():
-    places = pallet((2, 4, 3), (0.2, 0.3, 0.7))
-    assert places.shape == (24, 3)
-    assert places[:3] == pytest.approx(np.array([[-0.1, -0.45, 0], [0.1, -0.45, 0], [-0.1, -0.15, 0]]))
-    assert places[-1] == pytest.approx([0.1, 0.45, 1.4])
-    assert pallet((3, 1, 1), (0.2, 0.0, 0.0)) == pytest.approx(row(3, 0.2)), "no pitch is needed for a single one"
-
-
-@pytest.mark.parametrize(
-    ("axis", "across"),
-    [((0, 1, 0), (1, 0, 0)), ((0, -1, 0), (1, 0, 0)), ((1, 0, 0), (0, 1, 0)), ((-3, 0, 0), (0, 1, 0))],
-)
-def test_across_a_lying_round_is_one_direction_whichever_way_it_points(axis, across):
-    assert across_horizontally(axis) == pytest.approx(across, abs=1e-15)
 
 
 # ---- clear distances with closed forms

@@ -206,7 +206,8 @@ def test_check_derives_masses_speeds_and_costs(path):
     density = found["case"]["round"][0]["explosive"]["density"]
     assert entry["P0"] == pytest.approx(share * density * detonation_velocity**2)
     assert found["mesh"]["min_scaled_jacobian"] >= 0.2
-    assert 1e-5 < found["expected"]["end_time"] < 1e-3
+    end = found["expected"]["end_time"]
+    assert 1e-5 < end < 1e-3 if end is not None else len(found["rounds"]) > 1
 
 
 def test_check_for_people_shows_the_case_and_the_numbers():

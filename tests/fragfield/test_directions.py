@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from fragfield.case.changes import load_case
-from fragfield.case.conversion.symmetry import hazard_basis, mirror_planes
+from fragfield.case.conversion.turned import hazard_basis, mirror_planes
 
 CASES = Path(__file__).parents[2] / "cases"
 SINGLE, PAIR = CASES / "m107_tnt.toml", CASES / "m107_pair.toml"

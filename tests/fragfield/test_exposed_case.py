@@ -26,16 +26,6 @@ from fragfield.results.site import ExposedSite
 from tests.fragfield.example_results import example
 
 SITE = '[site]\nlatitude = "51.5 deg"\nlongitude = "7 deg"\nbearing = "30 deg"\n'
-ROUND = '[[round]]\nname = "a"\nprofile = "m107"\nexplosive = "tnt"\ncasing = "steel_m107"\nposition = ["0 m", "0 m", "1 m"]\n'  # noqa: E501
-
-STORE = (
-    '[[obstacle]]\nname = "store"\nkind = "building"\nposition = ["40 m", "0 m"]\nlength = "9 m"\n'
-    'width = "9 m"\nheight = "3 m"\n'
-)
-BUILDING = (
-    '[[exposed]]\nname = "a"\nkind = "building"\nposition = ["40 m", "0 m"]\nlength = "9 m"\n'
-    'width = "9 m"\nheight = "3 m"\n'
-)
 
 
 def load(tmp_path, text):

@@ -18,7 +18,7 @@ from fragfield.case.problem import break_up_settings
 from fragfield.case.write import to_toml
 from fragfield.checking.check import check_report
 from fragfield.errors import InputError
-from fragfield.studies.uncertainty.defaults import default_inputs
+from fragfield.studies.uncertainty.inputs import default_inputs
 from fragfield.studies.uncertainty.plan import plan_samples
 from fragfield_base.errors import InputError as AnyInputError
 from fragfield_base.units import read_measure

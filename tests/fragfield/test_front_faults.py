@@ -148,9 +148,9 @@ def test_a_ledger_is_stopped_at_its_tolerance_and_never_above_5_percent(toleranc
 
 @pytest.mark.parametrize(("ratio", "warned"), [(1.58, True), (1.59, False), (2.1, False), (2.11, True)])
 def test_the_range_of_venting_is_one(ratio, warned):
-    from fragfield.case.checks.bounds import outside_soft
+    from fragfield.case.faults import outside_soft
     from fragfield.case.keys import bounds_of
-    from fragfield.studies.uncertainty.defaults import default_inputs
+    from fragfield.studies.uncertainty.inputs import default_inputs
 
     case = case_from_document(
         {

@@ -7,7 +7,6 @@ import pytest
 import fragfield
 
 ARENA = "Angle from;Angle to;Number;mean mass (g);velocity (m/s)\n"
-OWN = "zone_from_deg;zone_to_deg;number;mean_mass_g;mean_speed_m_s\n"
 NUMBERS = "0;90;3;1,5;800\n90;180;4;2,25;900,5\n"
 TWO = {"mass": 0.0135, "pieces": 7.0}
 CASES = {

@@ -12,7 +12,7 @@ import flight
 import fragfield
 from burst_fenicsx.errors import NumericalStop as BurstStop
 from fragfield.errors import exit_code_of
-from fragfield.files.stamped import stamped_json
+from fragfield.files.run_directory import stamped_json
 from fragfield.results.part import to_json
 from tests.fragfield.short_run import invoke
 from tests.fragfield.small_tube import BURST, TUBE, tube_case

@@ -20,7 +20,7 @@ from fragfield.results.rules import Official, Rule, Rules
 from fragfield.results.site import ExposedSite
 from fragfield.results.summary import Summary
 from fragfield.studies.limit import LimitRow, judge, limit_of
-from fragfield.studies.tasks import Outcome
+from fragfield.studies.workers import Outcome
 from tests.fragfield.example_results import example
 from tests.fragfield.run_tasks import in_threads
 from tests.fragfield.short_run import invoke

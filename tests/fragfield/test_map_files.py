@@ -152,7 +152,6 @@ def control_points(folder: Path) -> Path:
 CZECH, CAPE = (1_050_000.0, 740_000.0), (50_000.0, 2_900_000.0)
 UTM_KEYS = (1024, 1), (1025, 1), (3072, 32632)
 LOWEST = float(np.finfo("f4").min)
-ESRI_WKT = pyproj.CRS("EPSG:32632").to_wkt("WKT1_ESRI")
 TROUBLES = [
     Trouble("integers with a scale that readers leave out", "rasterio/rasterio/issues/2219",
             tif(np.rint(100.0 * Z).astype("i4"), scales=(0.01,)), fact=("notes", "times 0.01")),

@@ -12,7 +12,7 @@ import pygeoif
 import pytest
 import xmlschema
 
-from fragfield.hazard.contours import Contour, cut_line, cut_outline, write_geojson, write_kml
+from fragfield.hazard.contours import Contour, cut_line, write_geojson, write_kml
 from fragfield.places.site import Site
 
 if TYPE_CHECKING:
@@ -51,7 +51,7 @@ SITES = [Site(52.25, 7.5, 30.0), Site(10.0, 179.9985, 90.0), Site(-45.0, -179.99
 def test_an_outline_cut_at_180_degrees_keeps_its_area(site: Site, longitude: float) -> None:
     """Parts lie within 180 degrees, run counter-clockwise, are closed, and add up to the outline."""
     ring = star(site) + np.array([longitude, 0.0])
-    parts = cut_outline(ring)
+    parts = cut_line(ring, closed=True)
     assert sum(map(area, parts)) == pytest.approx(abs(area(ring)), rel=1e-9)
     for part in parts:
         assert (part[0] == part[-1]).all()
@@ -64,7 +64,8 @@ def test_an_outline_cut_at_180_degrees_keeps_its_area(site: Site, longitude: flo
 def test_a_line_cut_at_180_degrees_keeps_its_length() -> None:
     line = np.array([[179.0, 0.0], [181.0, 2.0], [182.0, 2.0], [179.5, 4.5], [180.0, 5.0], [179.0, 6.0]])
     parts = cut_line(line)
-    assert [np.abs(part[:, 0]).max() <= 180.0 for part in parts] == [True, True, True]
+    assert len(parts) >= 3
+    assert all(np.abs(part[:, 0]).max() <= 180.0 for part in parts)
     length = sum(float(np.hypot(*np.diff(part, axis=0).T).sum()) for part in parts)
     assert length == pytest.approx(float(np.hypot(*np.diff(line, axis=0).T).sum()))
     assert cut_line(np.array([[190.0, 3.0]]))[0].tolist() == [[-170.0, 3.0]]

@@ -17,7 +17,7 @@ from fragfield.case.checks.estimates import _range, farthest_throw, map_warnings
 from fragfield.case.tables.round import PlaneTable
 from fragfield.checking.check import check_report
 from fragfield.errors import InputError
-from fragfield.hazard.certainty import beyond_map_words
+from fragfield.hazard.verdict import beyond_map_words
 from tests.fragfield.short_run import invoke
 
 if TYPE_CHECKING:

@@ -11,7 +11,7 @@ import h5py
 import numpy as np
 import pytest
 
-from fragfield.files.stamped import stamped_toml
+from fragfield.files.run_directory import stamped_toml
 from tests.fragfield.short_run import SHORT, command, environment, invoke
 
 

@@ -11,11 +11,10 @@ import pytest
 
 from flight.scene.plan import signed_area
 from fragfield.case import load_case
-from fragfield.case.tables.site import PlacesTable
+from fragfield.case.tables.surroundings import PlacesTable
 from fragfield.checking.check import describe_exposed
 from fragfield.errors import InputError
-from fragfield.places.polygons import box_around, convex_parts
-from fragfield.places.tables import tables_of_places
+from fragfield.places.tables import box_around, convex_parts, tables_of_places
 
 LATITUDE, LONGITUDE = 51.5, 7.0
 SITE = f'[site]\nlatitude = "{LATITUDE} deg"\nlongitude = "{LONGITUDE} deg"\nbearing = "90 deg"\n'
@@ -129,43 +128,6 @@ def test_every_kind_of_place_of_a_kml(tmp_path, caplog, kind):
     assert "1 NetworkLink left out" in said
     assert ("1 further .kml of the archive (beside doc.kml) left out" in said) == (kind == "kmz")
     assert "placemarks above the ground in the file, whose heights are not used: 1" in said
-
-
-BANK = (
-    "<Placemark><name>planned bank</name>{of_place}<ExtendedData><Data name='height'><value>4 m</value></Data>"
-    f"</ExtendedData><LineString><coordinates>{at(20, -9)[0]},{at(20, -9)[1]} {at(20, 9)[0]},{at(20, 9)[1]}"
-    "</coordinates></LineString></Placemark>"
-)
-OFF = "<visibility>0</visibility>"
-
-
-@pytest.mark.parametrize(
-    ("of_place", "of_folder", "of_outer", "is_shown"),
-    [("", "", "", True), (OFF.replace("0", "1"), OFF.replace("0", " 1 "), "", True), (OFF, "", "", False),
-     ("", OFF, "", False), (OFF.replace("0", "1"), "", OFF, False), ("", OFF.replace("0", "false"), "", False)],
-)  # fmt: skip
-def test_what_is_switched_off_in_a_kml_is_left_out_and_said(tmp_path, caplog, of_place, of_folder, of_outer, is_shown):
-    """A placemark is drawn where its visibility and that of every folder around it is 1, which they are unsaid."""
-    folder = (
-        f"<Folder>{of_outer}<Folder><name>barricade</name>{of_folder}{BANK.format(of_place=of_place)}</Folder></Folder>"
-    )
-    case = case_of(tmp_path, KML.replace("<Folder>", f"{folder}<Folder>", 1).encode(), name="places.kml")
-    assert [one.name for one in case.obstacle] == (["planned bank"] if is_shown else [])
-    assert len(case.exposed) == 4
-    said = " ".join(record.getMessage() for record in caplog.records)
-    words = '1 placemark switched off in the file (visibility 0: "planned bank") left out'
-    assert (words in said) != is_shown
-
-
-def test_a_kml_that_is_switched_off_as_a_whole_is_refused(tmp_path):
-    with pytest.raises(InputError, match=r"found no placemark .* only 1 NetworkLink, 3 placemarks switched off"):
-        case_of(tmp_path, KML.replace("<Document>", f"<Document>{OFF}").encode(), name="places.kml")
-
-
-def test_placemarks_of_a_time_are_taken_and_said(tmp_path, caplog):
-    timed = KML.replace("<name>lane</name>", "<name>lane</name><TimeSpan><begin>1990</begin></TimeSpan>")
-    assert len(case_of(tmp_path, timed.encode(), name="places.kml").exposed) == 4
-    assert "taken for all times: 1" in " ".join(record.getMessage() for record in caplog.records)
 
 
 def test_positions_in_a_grid_that_an_older_geojson_names(tmp_path):

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 import fragfield
-from fragfield.files.run_directory import RunDirectory
-from fragfield.files.stamped import read_stamped_json
+from fragfield.files.run_directory import RunDirectory, read_stamped_json
 from tests.fragfield.synthetic_run import write_run
 
 

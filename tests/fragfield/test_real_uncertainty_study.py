@@ -4,10 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
-import os
-import signal
 import subprocess
-import time
 from pathlib import Path
 
 import pytest
@@ -77,73 +74,6 @@ def test_real_samples_and_their_files(real_study):
         assert "Published radii at which casings vent" in text
     assert (out / "figures" / "uncertainty_tornado.svg").is_file()
     assert printed["distance"]["spread"]["high"] > printed["distance"]["spread"]["low"] > 0.0
-
-
-def test_real_workers_two_of_which_one_is_killed(short_meridian, real_study, tmp_path):
-    """The same samples, to the last digit, as by one worker that is not killed."""
-    out = tmp_path / "killed"
-    process = subprocess.Popen(
-        _real(short_meridian, out, "--jobs", 2), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
-        env=environment(),
-    )  # fmt: skip
-    until = time.monotonic() + 600.0
-    journal = out / "uncertainty.jsonl"
-    while not (journal.is_file() and journal.read_text().count("\n") >= 4):
-        assert process.poll() is None, process.stderr.read()
-        assert time.monotonic() < until
-        time.sleep(0.05)
-    os.kill(_children(process.pid)[0], signal.SIGKILL)
-    output, errors = process.communicate(timeout=600)
-    assert process.returncode == 0, errors
-    assert (out / "samples.csv").read_bytes() == (real_study[0] / "samples.csv").read_bytes()
-    assert json.loads(output)["distance"] == real_study[1]["distance"]
-
-
-def test_a_real_study_that_is_killed_goes_on(short_meridian, real_study, tmp_path):
-    out = tmp_path / "cut"
-    process = subprocess.Popen(_real(short_meridian, out, "--jobs", 2), env=environment())
-    journal, until = out / "uncertainty.jsonl", time.monotonic() + 600.0
-    while not (journal.is_file() and journal.read_text().count("\n") >= 4):
-        assert process.poll() is None
-        assert time.monotonic() < until
-        time.sleep(0.05)
-    children = _children(process.pid)
-    process.kill()
-    process.wait()
-    until = time.monotonic() + 60.0
-    while any(_alive(child) for child in children):  # they notice that their parent is gone
-        assert time.monotonic() < until
-        time.sleep(0.2)
-    kept = journal.read_text().count("\n")
-    done = subprocess.run(
-        _real(short_meridian, out, "--resume"), capture_output=True, text=True, env=environment(), check=False
-    )
-    assert done.returncode == 0, done.stderr
-    assert json.loads(done.stdout)["cost"]["samples_made_now"] <= 12 - 3
-    assert kept >= 3
-    assert (out / "samples.csv").read_bytes() == (real_study[0] / "samples.csv").read_bytes()
-
-
-def _children(parent: int) -> list[int]:
-    """Workers of a study: processes whose parent it is."""
-    found = []
-    for entry in Path("/proc").iterdir():
-        if entry.name.isdigit():
-            try:
-                fields = (entry / "stat").read_text().rpartition(")")[2].split()
-                words = (entry / "cmdline").read_bytes()
-            except OSError:
-                continue
-            if int(fields[1]) == parent and b"spawn_main" in words:
-                found.append(int(entry.name))
-    return found
-
-
-def _alive(number: int) -> bool:
-    try:
-        return (Path("/proc") / str(number) / "stat").read_text().rpartition(")")[2].split()[0] != "Z"
-    except OSError:
-        return False
 
 
 def test_real_samples_that_share_bursts(tmp_path):

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from fragfield.errors import InputError
-from fragfield.files.stamped import stamped_toml
+from fragfield.files.run_directory import stamped_toml
 from fragfield.interface.results import Run
 from fragfield.report import write_report
 from fragfield.report.figures.drawing import LINES

@@ -187,16 +187,6 @@ def test_a_case_that_is_empty_or_cut_is_refused(case, tmp_path, cut):
     assert run.stored_case() == case
 
 
-def test_every_cut_of_a_stored_case_at_a_line_is_refused(case, tmp_path):
-    run = RunDirectory(tmp_path)
-    run.claim(case)
-    lines = run.case_file.read_text().splitlines(keepends=True)
-    for number in range(len(lines)):
-        run.case_file.write_text("".join(lines[:number]))
-        with pytest.raises(InputError, match=r"case.toml: "):
-            run.stored_case()
-
-
 def test_an_edited_case_is_refused(case, tmp_path):
     run = RunDirectory(tmp_path)
     run.claim(case)

@@ -14,7 +14,7 @@ from fragfield.errors import InputError
 from fragfield.files.run_directory import RunDirectory
 from fragfield.results.summary import Summary
 from fragfield.studies.sweep import plan_runs, results_of
-from fragfield.studies.tasks import Outcome, perform
+from fragfield.studies.workers import Outcome, perform
 from tests.fragfield.example_results import complete
 from tests.fragfield.run_tasks import in_threads
 from tests.fragfield.short_run import RINGS, ROOT, invoke

@@ -9,15 +9,15 @@ import numpy as np
 import pytest
 
 from fragfield.case import load_case
-from fragfield.files.stamped import stamped_json
+from fragfield.files.run_directory import stamped_json
 from fragfield.interface.results import Run
 from fragfield.report import write_report, write_uncertainty_page
 from fragfield.results.part import to_json
 from fragfield.results.summary import Summary
 from fragfield.studies.study import Row
-from fragfield.studies.tasks import Outcome
 from fragfield.studies.uncertainty.plan import plan_samples
 from fragfield.studies.uncertainty.study import assess
+from fragfield.studies.workers import Outcome
 from tests.fragfield.example_results import complete
 from tests.fragfield.synthetic_run import write_run
 

@@ -12,12 +12,11 @@ import numpy as np
 import pytest
 
 import fragfield
-from fragfield.files.run_directory import RunDirectory
-from fragfield.files.stamped import read_stamped_json
+from fragfield.files.run_directory import RunDirectory, read_stamped_json
 from fragfield.results.summary import Summary
 from fragfield.studies.study import Journal
-from fragfield.studies.tasks import Outcome
 from fragfield.studies.uncertainty.study import Uncertainty
+from fragfield.studies.workers import Outcome
 from tests.fragfield.example_results import complete
 from tests.fragfield.run_tasks import in_threads
 from tests.fragfield.short_run import invoke

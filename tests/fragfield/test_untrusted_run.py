@@ -57,9 +57,9 @@ def test_cells_of_a_snapshot_that_name_no_node_are_refused(run_copy, command, no
 
 
 @pytest.mark.parametrize("node", [-5, 10**6])
-def test_cells_of_a_series_that_name_no_node_are_refused(run_copy, node, without_figures):
+def test_cells_of_a_series_that_name_no_node_are_refused(run_copy, node):
     _foreign(run_copy / "burst" / "0000.h5", _set("cells", node))
-    done = invoke("report", run_copy, "--quiet")
+    done = invoke("view", run_copy, "--quiet")
     assert done.exit_code == 2, done.stderr
     assert "burst.xdmf: cells refer to nodes that do not exist" in done.stderr
 

@@ -15,7 +15,7 @@ import pytest
 from fragfield.case import load_case
 from fragfield.case.problem import burst_geometry
 from fragfield.pipeline import kernels
-from fragfield.studies.tasks import Outcome
+from fragfield.studies.workers import Outcome
 from tests import kernel_caches
 from tests.fragfield.run_tasks import in_threads
 from tests.fragfield.short_run import invoke

@@ -13,9 +13,8 @@ from concurrent.futures import BrokenExecutor
 import pytest
 
 from fragfield.errors import InputError
-from fragfield.studies import tasks, workers
-from fragfield.studies.tasks import Outcome, Task
-from fragfield.studies.workers import Cluster, Processes, make_all
+from fragfield.studies import workers
+from fragfield.studies.workers import Cluster, Outcome, Processes, Task, make_all
 from fragfield_base.interruption import Interruption
 from fragfield_base.writing import locked
 from tests.fragfield.run_tasks import Threads, answer
@@ -116,8 +115,7 @@ def test_an_error_of_the_caller_interrupts_and_closes():
 def test_a_script_is_not_run_again_by_its_processes(tmp_path):
     script = tmp_path / "study.py"
     script.write_text(
-        "from fragfield.studies.tasks import Task\n"
-        "from fragfield.studies.workers import Processes, make_all\n"
+        "from fragfield.studies.workers import Processes, Task, make_all\n"
         "from tests.fragfield.run_tasks import answer\n"
         "print('begun', flush=True)\n"
         "make_all(Processes(2, 1, answer), [Task('a', {}, dict)], lambda one, end: print(one.name, end.code))\n"
@@ -134,8 +132,7 @@ def test_a_script_is_not_run_again_by_its_processes(tmp_path):
 def test_runs_end_with_their_checkpoints_when_the_study_does(tmp_path, ends):
     """In their own time, as bursts that write a checkpoint; no further run is begun."""
     code = (
-        "import signal\nfrom pathlib import Path\nfrom fragfield.studies.tasks import Task\n"
-        "from fragfield.studies.workers import Processes, make_all\n"
+        "import signal\nfrom pathlib import Path\nfrom fragfield.studies.workers import Processes, Task, make_all\n"
         "from tests.fragfield.run_tasks import wait_for_interruption\n"
         "signal.signal(signal.SIGINT, signal.default_int_handler)\n"  # a shell's background processes ignore it
         f"some = [Task(name, {{}}, dict, directory=Path({str(tmp_path)!r}) / name) for name in 'abc']\n"
@@ -164,7 +161,7 @@ def test_a_run_waits_for_the_process_of_a_lost_worker(tmp_path, monkeypatch):
     """It holds the run directory until it has written its checkpoint."""
     held, looked = threading.Event(), threading.Event()
     ended: list[float] = []
-    monkeypatch.setattr(tasks, "_PAUSE", 0.01)
+    monkeypatch.setattr(workers, "_PAUSE", 0.01)
 
     def hold():
         with locked(tmp_path, InputError):
@@ -175,7 +172,7 @@ def test_a_run_waits_for_the_process_of_a_lost_worker(tmp_path, monkeypatch):
     thread = threading.Thread(target=hold)
     thread.start()
     held.wait()
-    tasks._await_lock(tmp_path)
+    workers._await_lock(tmp_path)
     assert ended
     assert time.monotonic() >= ended[0]
     thread.join()
@@ -202,7 +199,7 @@ def _noting(folder, waits_for=""):
         import time
         from pathlib import Path
 
-        from fragfield.studies.tasks import Outcome
+        from fragfield.studies.workers import Outcome
 
         (Path(folder) / f"{one.name}-{os.getpid()}-{time.monotonic_ns()}").touch()
         until = time.monotonic() + 60.0

@@ -15,12 +15,10 @@ import numpy as np
 
 from burst_fenicsx.kernels.contact.facets import Surface, area_vectors, group_vectors
 from burst_fenicsx.kernels.contact.law import Law
-from burst_fenicsx.kernels.contact.pairs import Pairs, Rows, add_pairs, gather_row, give_row, tally_pairs
+from burst_fenicsx.kernels.contact.pairs import Pairs, Rows, add_pairs, gather_row, give_row
 from burst_fenicsx.kernels.contact.sliding import Attached, Bonds, edge_weight, slide, sum_attached
 from burst_fenicsx.kernels.lanes import block_kernel, lane_function
 from burst_fenicsx.kernels.state import ChargeState, Grid, Nodes, SolidState
-
-__all__ = ["SPREAD", "LineContact", "Spread", "act_on_line", "add_line_forces"]
 
 SPREAD = 32
 """Most nodes of the line over which the pressure of one node of the charge is spread."""
@@ -66,8 +64,7 @@ def act_on_line(
         return
     for row in range(rows.mass.size):
         contact.sums[0] += gather_row(row, law.step, nodes.position, nodes.velocity, rounding, rows)
-    add_line_forces(contact, charge, solid.eroded)
-    heat, depth = tally_pairs(0, contact.pairs.node.size, contact.pairs, rounding)
+    heat, depth = add_line_forces(contact, charge, solid.eroded, rounding)
     after = 0 if time < contact.front_until else 1
     contact.sums[1] += heat
     contact.deepest[after] = max(contact.deepest[after], depth)
@@ -77,10 +74,13 @@ def act_on_line(
 
 
 @block_kernel
-def add_line_forces(contact: LineContact, charge: ChargeState, eroded: np.ndarray) -> None:
+def add_line_forces(
+    contact: LineContact, charge: ChargeState, eroded: np.ndarray, rounding: float
+) -> tuple[float, float]:
     """Find every contact's point and force, advance its state, and add the forces (N) to the sums of the rows.
 
-    `eroded` (slots,) is that of `SolidState`.
+    `eroded` (slots,) is that of `SolidState`, `rounding` the constant of `quantise` for friction. Returned are friction
+    (J) in this step and the deepest contact (m).
     """
     surface, pairs, rows, spread = contact.surface, contact.pairs, contact.rows, contact.spread
     attached, contacts = contact.attached, pairs.node.size
@@ -95,13 +95,14 @@ def add_line_forces(contact: LineContact, charge: ChargeState, eroded: np.ndarra
         pairs.node, pairs.facet, pairs.point, pairs.weight, pairs.normal, pairs.gap, pairs.stiffness, pairs.slip,
         contact.no_gas, pairs.force, pairs.reduced, pairs.energies,
     )  # fmt: skip
-    add_pairs(springs, surface.facets, (0.0, 0.0), rows)
+    friction, deepest, _ = add_pairs(springs, surface.facets, contacts, (0.0, 0.0, rounding), rows)
     for c in range(contacts):
         for k in range(spread.bearing[c]):
             for i in range(3):
                 push = spread.share[c, k] * pairs.gas[c] * pairs.normal[c, i]
                 rows.sums[spread.over[c, k], i] -= push
                 rows.sums[pairs.node[c], i] += push
+    return friction, deepest
 
 
 @block_kernel

@@ -16,6 +16,7 @@ from burst_fenicsx.kernels.cells import eight_points, one_point
 from burst_fenicsx.kernels.cells import layout as at
 from burst_fenicsx.kernels.cells import solid as metal
 from burst_fenicsx.kernels.cells.erosion import drop_forces, freeze_cells
+from burst_fenicsx.kernels.cells.hexahedron import nodes_to_modes
 from burst_fenicsx.kernels.lanes import (
     LANES,
     addressed_kernel,
@@ -62,6 +63,7 @@ def advance_solids(
             quadrilateral.load_shares(block, cells.inverse_share, scratch)
             quadrilateral.velocity_gradient(own_step, scratch)
         else:
+            nodes_to_modes(scratch)
             one_point.velocity_gradient(own_step, scratch)
         if len(element) == 3:
             eight_points.begin_points(scratch)
@@ -132,6 +134,7 @@ def advance_charges(
             quadrilateral.load_shares(block, cells.inverse_share, scratch)
             quadrilateral.velocity_gradient(own_step, scratch)
         else:
+            nodes_to_modes(scratch)
             one_point.velocity_gradient(own_step, scratch)
         min_burn = gas.load(block, time, parameters, grid, state, scratch)
         any_eroded = gas.erode(block, parameters, eroded, scratch) > 0

@@ -24,7 +24,8 @@ from typing import TypeAlias
 
 import numpy as np
 
-from burst_fenicsx.kernels.lanes import LANES, kernel, lane_function
+from burst_fenicsx.kernels.cells import layout as at
+from burst_fenicsx.kernels.lanes import LANES, block_kernel, kernel, lane_function, widest_vectors
 from burst_fenicsx.kernels.vectors.tensors import (
     Vector,
     add_cross,
@@ -75,11 +76,30 @@ def cell_modes(x: Component, y: Component, z: Component) -> Modes:
     )
 
 
+@block_kernel
+def nodes_to_modes(scratch: np.ndarray) -> None:
+    """Put the modes of positions and velocities in place of their nodal values, in rows 3 m + i for mode m."""
+    widest_vectors()
+    for row in (at.POSITION, at.POSITION + 1, at.POSITION + 2, at.VELOCITY, at.VELOCITY + 1, at.VELOCITY + 2):
+        for lane in range(LANES):
+            modes = component_modes(scratch, row, lane)
+            scratch[(row + 3) * LANES + lane], scratch[(row + 6) * LANES + lane] = modes[0], modes[1]
+            scratch[(row + 9) * LANES + lane], scratch[(row + 12) * LANES + lane] = modes[2], modes[3]
+            scratch[(row + 15) * LANES + lane], scratch[(row + 18) * LANES + lane] = modes[4], modes[5]
+            scratch[(row + 21) * LANES + lane] = modes[6]
+
+
 @lane_function
-def load_modes(rows: np.ndarray, row: int, lane: int) -> Modes:
-    """Modes 1 to 7 of a nodal vector field, whose nodal values stand in 24 rows from `row` on, 3 n + i for node n."""
-    return cell_modes(
-        component_modes(rows, row, lane), component_modes(rows, row + 1, lane), component_modes(rows, row + 2, lane)
+def load_modes(scratch: np.ndarray, row: int, lane: int) -> Modes:
+    """Modes 1 to 7 of a vector field that `nodes_to_modes` has put in the rows from `row` on."""
+    return (
+        load_vector(scratch, row + 3, lane),
+        load_vector(scratch, row + 6, lane),
+        load_vector(scratch, row + 9, lane),
+        load_vector(scratch, row + 12, lane),
+        load_vector(scratch, row + 15, lane),
+        load_vector(scratch, row + 18, lane),
+        load_vector(scratch, row + 21, lane),
     )
 
 
@@ -204,7 +224,8 @@ def hexahedron_volumes(position: np.ndarray, dofmap: np.ndarray) -> np.ndarray:
         for n in range(8):
             for i in range(3):
                 values[(3 * n + i) * LANES] = position[dofmap[cell, n], i]
-        _, whole = cell_gradient(load_modes(values, 0, 0))
+        x, y, z = component_modes(values, 0, 0), component_modes(values, 1, 0), component_modes(values, 2, 0)
+        _, whole = cell_gradient(cell_modes(x, y, z))
         volumes[cell] = PER_CELL * whole
     return volumes
 

@@ -1,6 +1,7 @@
 """Rows of the scratch of a block, `LANES` doubles each: what one loop over the lanes leaves to the next.
 
-Each name has rows of its own, at constant distances, so the compiler sees that no two overlap.
+Each name has rows of its own, at constant distances, so the compiler sees that no two overlap; the nodal forces alone
+take the place of the velocities, when these are used no more.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ _rows = _Rows()
 # Of all cells.
 MASS, VOLUME, OLD_VOLUME = _rows(), _rows(), _rows()  # kg; m3 after and before the step
 MIN_VOLUME = _rows()  # smallest volume that a point of the cell stands for, m3
-POSITION, VELOCITY = _rows(24), _rows(24)  # of the nodes, m and m/s
+POSITION, VELOCITY = _rows(24), _rows(24)  # of the nodes, m and m/s; of a hexahedron soon their modes
 RATE, DILATATION = _rows(9), _rows()  # velocity gradient at the point in hand, and mean rate of the volume, 1/s
 STRESS = _rows(6)  # at the point in hand, Pa; of a charge the deviator of its unreacted part
 PRESSURE = _rows()  # taken off the stress besides viscosity: the products' after venting, Pa; zero in metal
@@ -30,11 +31,11 @@ LENGTH, FREQUENCY = _rows(), _rows()  # that governs the stable step, m, and its
 DENSITY = _rows()  # kg/m3
 VISCOUS, OLD_VISCOUS = _rows(), _rows()  # artificial viscous pressure after and before the step, Pa
 STABLE = _rows()  # stable step, s
-FORCE = _rows(24)  # nodal forces, N
+FORCE = VELOCITY  # nodal forces, N, where the velocities were: the fewer rows, the more of them stay in the cache
 HEAT, PLASTIC = _rows(), _rows()  # work of the viscosity and of the plastic strains in the step, J
 
 # Of hourglass control.
-HOURGLASS_MODES = _rows(12)  # of the positions of a hexahedron, m
+HOURGLASS_MODES = tuple(POSITION + 3 * mode for mode in (3, 5, 6, 7))  # of a hexahedron's positions, m
 GRADIENT = _rows(18)  # of the volume by the nodes' positions, as `hexahedron.cell_gradient` gives it, m2
 GRADIENT_SQUARES = _rows(3)  # squares of the norms of the mean gradient over the nodes over the volume, 1/m2
 HOURGLASS_RATE = _rows(12)  # of the modes, m/s

@@ -12,12 +12,9 @@ import numpy as np
 from burst_fenicsx.kernels.cells import layout as at
 from burst_fenicsx.kernels.cells.hexahedron import (
     PER_CELL,
-    Component,
     Gradient,
     Modes,
     cell_gradient,
-    cell_modes,
-    component_modes,
     load_gradient,
     load_modes,
     modes_earlier,
@@ -59,21 +56,17 @@ def velocity_gradient(step: float, scratch: np.ndarray) -> None:
     """
     widest_vectors()
     for lane in range(LANES):
-        position, vx = load_modes(scratch, at.POSITION, lane), component_modes(scratch, at.VELOCITY, lane)
-        vy, vz = component_modes(scratch, at.VELOCITY + 1, lane), component_modes(scratch, at.VELOCITY + 2, lane)
-        middle = modes_earlier(position, -0.5 * step, cell_modes(vx, vy, vz))
+        position, velocity = load_modes(scratch, at.POSITION, lane), load_modes(scratch, at.VELOCITY, lane)
+        middle = modes_earlier(position, -0.5 * step, velocity)
         gradient, volume = cell_gradient(middle)
         inverse = 1.0 / volume
-        _move_component(0, vx, middle, gradient, inverse, scratch, lane)
-        _move_component(1, vy, middle, gradient, inverse, scratch, lane)
-        _move_component(2, vz, middle, gradient, inverse, scratch, lane)
+        _move_component(0, middle, gradient, inverse, scratch, lane)
+        _move_component(1, middle, gradient, inverse, scratch, lane)
+        _move_component(2, middle, gradient, inverse, scratch, lane)
         xx, yy = scratch[at.RATE * LANES + lane], scratch[(at.RATE + 4) * LANES + lane]
         scratch[at.DILATATION * LANES + lane] = xx + yy + scratch[(at.RATE + 8) * LANES + lane]
-        store_vector(position[2], scratch, at.HOURGLASS_MODES, lane)
-        store_vector(position[4], scratch, at.HOURGLASS_MODES + 3, lane)
-        store_vector(position[5], scratch, at.HOURGLASS_MODES + 6, lane)
-        store_vector(position[6], scratch, at.HOURGLASS_MODES + 9, lane)
-        gradient, volume = cell_gradient(position)
+    for lane in range(LANES):  # in one loop more would go through the stack than in two
+        gradient, volume = cell_gradient(load_modes(scratch, at.POSITION, lane))
         store_gradient(gradient, scratch, at.GRADIENT, lane)
         (xx, yy, zz), largest = squared_gradients(gradient)
         inverse = 1.0 / volume
@@ -85,15 +78,16 @@ def velocity_gradient(step: float, scratch: np.ndarray) -> None:
 
 
 @lane_function
-def _move_component(
-    i: int, velocity: Component, middle: Modes, gradient: Gradient, inverse: float, scratch: np.ndarray, lane: int
-) -> None:
+def _move_component(i: int, middle: Modes, gradient: Gradient, inverse: float, scratch: np.ndarray, lane: int) -> None:
     """Row i of the mean velocity gradient L_ij = sum of v_ai b_aj / V, and that component of the hourglass rates.
 
     `middle` are the modes of the positions half a step ago, `gradient` and `inverse` what `cell_gradient` makes of
-    them, the volume inverted; `velocity` are modes of that component.
+    them, the volume inverted.
     """
-    v1, v2, v3, v4, v5, v6, v7 = velocity
+    v1, v2 = scratch[(at.VELOCITY + 3 + i) * LANES + lane], scratch[(at.VELOCITY + 6 + i) * LANES + lane]
+    v3, v4 = scratch[(at.VELOCITY + 9 + i) * LANES + lane], scratch[(at.VELOCITY + 12 + i) * LANES + lane]
+    v5, v6 = scratch[(at.VELOCITY + 15 + i) * LANES + lane], scratch[(at.VELOCITY + 18 + i) * LANES + lane]
+    v7 = scratch[(at.VELOCITY + 21 + i) * LANES + lane]
     row = scaled(v1, gradient[0])
     row = add_scaled(row, v2, gradient[1])
     row = add_scaled(row, v3, gradient[2])
@@ -113,10 +107,10 @@ def force_modes(scratch: np.ndarray, lane: int) -> Modes:
     h3, h5 = load_vector(scratch, at.HOURGLASS_FORCE, lane), load_vector(scratch, at.HOURGLASS_FORCE + 3, lane)
     h6, h7 = load_vector(scratch, at.HOURGLASS_FORCE + 6, lane), load_vector(scratch, at.HOURGLASS_FORCE + 9, lane)
     # The linear part of gamma acts like a stress, which need not be symmetric.
-    linear = outer(h3, load_vector(scratch, at.HOURGLASS_MODES, lane))
-    linear = add_outer(linear, h5, load_vector(scratch, at.HOURGLASS_MODES + 3, lane))
-    linear = add_outer(linear, h6, load_vector(scratch, at.HOURGLASS_MODES + 6, lane))
-    linear = add_outer(linear, h7, load_vector(scratch, at.HOURGLASS_MODES + 9, lane))
+    linear = outer(h3, load_vector(scratch, at.HOURGLASS_MODES[0], lane))
+    linear = add_outer(linear, h5, load_vector(scratch, at.HOURGLASS_MODES[1], lane))
+    linear = add_outer(linear, h6, load_vector(scratch, at.HOURGLASS_MODES[2], lane))
+    linear = add_outer(linear, h7, load_vector(scratch, at.HOURGLASS_MODES[3], lane))
     xx, yy, zz, xy, yz, zx = load_symmetric(scratch, at.STRESS, lane)
     pressure = scratch[at.PRESSURE * LANES + lane] + scratch[at.VISCOUS * LANES + lane]
     factor = PER_CELL / scratch[at.VOLUME * LANES + lane]
@@ -163,8 +157,8 @@ def longest_square(scratch: np.ndarray, lane: int) -> float:
     Without roots: (sqrt(8) + x)^2 <= 10 + 5 x^2, and x^2 is at most |h x|^2 times the sum of |b_i|^2 / V^2.
     A little more allows for rounding: a cell's forces must not depend on whether others of its block need the bound.
     """
-    h3, h5 = load_vector(scratch, at.HOURGLASS_MODES, lane), load_vector(scratch, at.HOURGLASS_MODES + 3, lane)
-    h6, h7 = load_vector(scratch, at.HOURGLASS_MODES + 6, lane), load_vector(scratch, at.HOURGLASS_MODES + 9, lane)
+    h3, h5 = load_vector(scratch, at.HOURGLASS_MODES[0], lane), load_vector(scratch, at.HOURGLASS_MODES[1], lane)
+    h6, h7 = load_vector(scratch, at.HOURGLASS_MODES[2], lane), load_vector(scratch, at.HOURGLASS_MODES[3], lane)
     mode_square = max(dot(h3, h3), dot(h5, h5), dot(h6, h6), dot(h7, h7))
     sx, sy, sz = load_vector(scratch, at.GRADIENT_SQUARES, lane)
     return 10.01 + 5.01 * mode_square * (sx + sy + sz)
@@ -197,9 +191,16 @@ def hourglass_coefficients(
         sx, sy, sz = load_vector(scratch, at.GRADIENT_SQUARES, lane)
         gradient_norm = (np.sqrt(sx), np.sqrt(sy), np.sqrt(sz))
         coefficient_limit = scratch[at.MASS * LANES + lane] / (8.0 * next_dt)
-        for a in range(4):
-            square = vector_square(load_vector(scratch, at.HOURGLASS_MODES + 3 * a, lane), gradient_norm)
-            scratch[(at.COEFFICIENT_LIMIT + a) * LANES + lane] = coefficient_limit / square
+        _limit_mode(0, coefficient_limit, gradient_norm, scratch, lane)  # a loop over the modes is not vectorised
+        _limit_mode(1, coefficient_limit, gradient_norm, scratch, lane)
+        _limit_mode(2, coefficient_limit, gradient_norm, scratch, lane)
+        _limit_mode(3, coefficient_limit, gradient_norm, scratch, lane)
+
+
+@lane_function
+def _limit_mode(a: int, limit: float, gradient_norm: Vector, scratch: np.ndarray, lane: int) -> None:
+    square = vector_square(load_vector(scratch, at.HOURGLASS_MODES[a], lane), gradient_norm)
+    scratch[(at.COEFFICIENT_LIMIT + a) * LANES + lane] = limit / square
 
 
 @lane_function

@@ -18,8 +18,6 @@ from burst_fenicsx.kernels.lanes import block_kernel, kernel, lane_function
 from burst_fenicsx.kernels.threads import on_threads
 from burst_fenicsx.kernels.vectors.tensors import Vector
 
-__all__ = ["Candidates", "collide"]
-
 _ENTRY = 1.5  # a node newly met lies no deeper than it can have come in this many steps
 _DEEPEST = 0.5  # of the facet's initial edge: a node that lies deeper has lost its facet
 _OFF_RIM = 1.5  # of its depth: a node farther from the facet than this is not under it

@@ -18,8 +18,6 @@ from burst_fenicsx.kernels.contact.law import add_product, product, vector_produ
 from burst_fenicsx.kernels.lanes import block_kernel, inlined_kernel, lane_function
 from burst_fenicsx.kernels.vectors.tensors import Vector
 
-__all__ = ["Surface", "area_vectors", "closest_point", "find_point", "group_vectors", "weigh"]
-
 _NEWTON, _WALKS, _CLOSEST = 12, 10, 4
 _CLOSE = 1e-9  # last change of a facet's coordinates: by quadratic convergence the error left is round-off
 _TIE = 1e-12  # by which a point may lie over an edge; larger with every facet, so that the search ends

@@ -16,8 +16,6 @@ from burst_fenicsx.kernels.constants import BENT, ENTRY, MOST_CORRECTION
 from burst_fenicsx.kernels.lanes import lane_function
 from burst_fenicsx.kernels.vectors.tensors import Vector
 
-__all__ = ["Law", "add_product", "bonded_spring", "has_left", "product", "spring", "vector_product"]
-
 
 class Law(NamedTuple):
     """What holds for all pairs of one kind in this step."""

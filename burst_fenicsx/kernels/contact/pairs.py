@@ -17,22 +17,6 @@ from burst_fenicsx.kernels.threads import on_threads
 from burst_fenicsx.kernels.vectors.exact import quantise
 from burst_fenicsx.kernels.vectors.tensors import Vector
 
-__all__ = [
-    "Pairs",
-    "Rows",
-    "add_pairs",
-    "gather_row",
-    "gather_rows",
-    "give_row",
-    "give_rows",
-    "no_pairs",
-    "press_on_plane",
-    "relative_motion",
-    "release",
-    "set_spring",
-    "tally_pairs",
-]
-
 
 class Rows(NamedTuple):
     """The nodes that contact may push, as rows of arrays of its own."""
@@ -226,23 +210,44 @@ def release(k: int, pairs: Pairs) -> None:
 
 
 @kernel
+def near_plane(normal: np.ndarray, level: float, local: np.ndarray, position: np.ndarray, pairs: Pairs) -> np.ndarray:
+    """Pairs (k,) int32 whose nodes lie lower than `level` (m) along a unit `normal` (3,), or touch the plane.
+
+    `position` (nodes, 3) is that of the pairs' `local` nodes (pairs,). The others keep no energy.
+    """
+    near, count = np.empty(local.size, dtype=np.int32), 0
+    for k in range(local.size):
+        node, height = np.uint64(local[k]), 0.0
+        for i in range(3):
+            height += position[node, i] * normal[i]
+        if height < level or pairs.facet[k] >= 0:
+            near[count] = k
+            count += 1
+        else:
+            pairs.energies[k, 0] = pairs.energies[k, 1] = 0.0
+    return near[:count].copy()
+
+
+@kernel
 def press_on_plane(
     law: Law,
     normal: np.ndarray,
     level: float,
     near: np.ndarray,
     inner: int,
-    roundings: tuple[float, float],
+    roundings: tuple[float, float, float],
     pairs: Pairs,
     plane: np.ndarray,
     rows: Rows,
 ) -> tuple[float, Vector, float, float]:
     """Springs of the pairs `near` (k,) a plane: a facet of no nodes, `plane` (1, 0), with the unit `normal` (3,).
 
-    `level` (m) is the normal times a point of the plane; pairs from `inner` on are of inner nodes. Returned are
-    friction (J) in this step and the force (N) of the plane, exact sums by the two constants of `quantise`, and the
-    deepest of all pairs and of those of inner nodes (m).
+    `level` (m) is the normal times a point of the plane; pairs from `inner` on are of inner nodes. Their forces (N) are
+    added to the sums of the rows as by `add_pairs`; a plane lays no load on a node. Returned are friction (J) in this
+    step and the force (N) of the plane, exact sums by the other two constants of `quantise`, and the deepest of all
+    pairs and of those of inner nodes (m).
     """
+    rounding, plane_rounding, work_rounding = roundings
     friction, x, y, z, deepest, deepest_inner = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for k in near:
         node, gap = np.uint64(pairs.node[k]), -level
@@ -253,9 +258,11 @@ def press_on_plane(
             for i in range(3):
                 pairs.normal[k, i] = normal[i]
             set_spring(k, law, 0.0, pairs, plane, rows)
-            x += quantise(pairs.force[k, 0], roundings[1])
-            y += quantise(pairs.force[k, 1], roundings[1])
-            z += quantise(pairs.force[k, 2], roundings[1])
+            for i in range(3):
+                rows.sums[node, i] += quantise(pairs.force[k, i], rounding)
+            x += quantise(pairs.force[k, 0], plane_rounding)
+            y += quantise(pairs.force[k, 1], plane_rounding)
+            z += quantise(pairs.force[k, 2], plane_rounding)
             deepest = max(deepest, -gap)
             deepest_inner = max(deepest_inner, -gap) if k >= inner else deepest_inner
         elif pairs.facet[k] >= 0:
@@ -263,34 +270,40 @@ def press_on_plane(
         else:
             pairs.energies[k, 1] = 0.0
             continue
-        friction += quantise(pairs.energies[k, 1], roundings[0])
+        friction += quantise(pairs.energies[k, 1], work_rounding)
     return friction, (x, y, z), deepest, deepest_inner
 
 
 @block_kernel
-def add_pairs(pairs: Pairs, facets: np.ndarray, roundings: tuple[float, float], rows: Rows) -> None:
+def add_pairs(
+    pairs: Pairs, facets: np.ndarray, inner: int, roundings: tuple[float, float, float], rows: Rows
+) -> tuple[float, float, float]:
     """Add the pairs' forces (N) and loads to the sums of the rows, exactly: the order of pairs does not matter.
 
     Each term is rounded by `quantise` to a multiple of a power of two, with constants for forces and for loads: the
     node gets what the facet's nodes give, to the last bit. The load of a charge on its casing is its weight, wherever
-    it lies on a facet; that of a collision its reduced mass over the node's own, a plane lays none on it.
+    it lies on a facet; that of a collision its reduced mass over the node's own.
+
+    Returned are friction (J) in this step, exact by the third constant, and the deepest of all pairs and of those from
+    `inner` on (m).
     """
-    rounding, load_rounding = roundings
+    rounding, load_rounding, work_rounding = roundings
     sums, mass = rows.sums, rows.mass
+    friction, deepest, deepest_inner = 0.0, 0.0, 0.0
     for k in range(pairs.node.size):
+        friction += quantise(pairs.energies[k, 1], work_rounding)
         facet = pairs.facet[k]
         if facet < 0:
             continue
+        if pairs.stiffness[k] > 0.0:
+            deepest = max(deepest, -pairs.gap[k])
+            deepest_inner = max(deepest_inner, -pairs.gap[k]) if k >= inner else deepest_inner
         node, gas, reduced = np.uint64(pairs.node[k]), pairs.gas[k], pairs.reduced[k]
         force = (
             pairs.force[k, 0] + gas * pairs.normal[k, 0],
             pairs.force[k, 1] + gas * pairs.normal[k, 1],
             pairs.force[k, 2] + gas * pairs.normal[k, 2],
         )
-        if facets.shape[1] == 0:
-            for i in range(3):
-                sums[node, i] += quantise(force[i], rounding)
-            continue
         sums[node, 3] += quantise(reduced / mass[node] if reduced > 0.0 else 1.0, load_rounding)
         for corner in range(facets.shape[1]):
             other, weight = np.uint64(facets[facet, corner]), pairs.weight[k, corner]
@@ -300,14 +313,4 @@ def add_pairs(pairs: Pairs, facets: np.ndarray, roundings: tuple[float, float], 
                 sums[node, i] += push
             load = weight * reduced / mass[other] if reduced > 0.0 else weight
             sums[other, 3] += quantise(load, load_rounding)
-
-
-@block_kernel
-def tally_pairs(first: int, last: int, pairs: Pairs, rounding: float) -> tuple[float, float]:
-    """Friction (J) in this step of the pairs from `first` to `last`, exact, and the deepest of them (m)."""
-    heat, deepest = 0.0, 0.0
-    for k in range(first, last):
-        heat += quantise(pairs.energies[k, 1], rounding)
-        if pairs.stiffness[k] > 0.0:
-            deepest = max(deepest, -pairs.gap[k])
-    return heat, deepest
+    return friction, deepest, deepest_inner

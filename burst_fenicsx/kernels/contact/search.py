@@ -15,8 +15,6 @@ import numpy as np
 from burst_fenicsx.kernels.lanes import kernel
 from burst_fenicsx.kernels.threads import on_threads
 
-__all__ = ["Bodies", "find_candidates"]
-
 # A node meets a face of its own round only where their normals are opposed: cosine below this.
 _OPPOSED = -0.2
 _SLACK = 1e-5  # of the cosine: far more than single precision's rounding of normals
@@ -30,9 +28,32 @@ class Bodies(NamedTuple):
     node_round: np.ndarray  # (nodes,) int32
     within: np.ndarray  # (faces,) bool, whether a face lies within a casing: nodes of its own round never meet it
 
-    def only(self, faces: np.ndarray) -> Bodies:
-        """The same with the given faces alone."""
-        return self._replace(faces=self.faces[faces], face_round=self.face_round[faces], within=self.within[faces])
+
+@kernel
+def face_shapes(
+    position: np.ndarray, faces: np.ndarray, chosen: np.ndarray, reach: np.ndarray, on_surface: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Boxes (k, 6) m, low then high corner, of the `chosen` faces (k,), each widened by its `reach` (k,) m.
+
+    Besides, the faces' area vectors (k, 3) m2 and their sum at every node (nodes, 3), of the first `on_surface` faces.
+    """
+    boxes, areas = np.empty((chosen.size, 6)), np.empty((chosen.size, 3))
+    normals = np.zeros_like(position)
+    for k in range(chosen.size):
+        face = chosen[k]
+        p, q, r, s = faces[face, 0], faces[face, 1], faces[face, 2], faces[face, 3]
+        for i in range(3):
+            a, b, c, d = position[p, i], position[q, i], position[r, i], position[s, i]
+            boxes[k, i] = min(a, b, c, d) - reach[k]
+            boxes[k, 3 + i] = max(a, b, c, d) + reach[k]
+            x, y = (i + 1) % 3, (i + 2) % 3
+            one = (position[r, x] - position[p, x]) * (position[s, y] - position[q, y])
+            areas[k, i] = 0.5 * (one - (position[r, y] - position[p, y]) * (position[s, x] - position[q, x]))
+        if face < on_surface:
+            for corner in range(4):
+                for i in range(3):
+                    normals[faces[face, corner], i] += areas[k, i]
+    return boxes, areas, normals
 
 
 @kernel

@@ -21,8 +21,6 @@ from burst_fenicsx.kernels.threads import on_threads
 from burst_fenicsx.kernels.vectors.exact import quantise
 from burst_fenicsx.kernels.vectors.tensors import Vector
 
-__all__ = ["Attached", "Bonds", "attached_state", "edge_weight", "slide", "slide_charges", "sum_attached"]
-
 
 class Attached(NamedTuple):
     """The charges' cells of this rank around nodes that slide."""

@@ -41,7 +41,10 @@ def gather_nodes(block: int, nodes: Nodes, grid: Grid, positions: np.ndarray, ve
         for lane in range(0, LANES, WIDTH):
             first, row = (block * corners + n) * LANES + lane, 3 * n * LANES + lane
             load_triples(position, position, finest, level, grid.nodes, first, positions, row)
-            load_triples(velocity, mean, finest, level, grid.nodes, first, velocities, row)
+            if grid.mixed[block]:
+                load_triples(velocity, mean, finest, level, grid.nodes, first, velocities, row)
+            else:
+                load_triples(velocity, velocity, finest, level, grid.nodes, first, velocities, row)
 
 
 @inlined_kernel

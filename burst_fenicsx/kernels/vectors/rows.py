@@ -7,8 +7,6 @@ import numpy as np
 from burst_fenicsx.kernels.lanes import kernel
 from burst_fenicsx.kernels.vectors.transposition import address, prefetch
 
-__all__ = ["hold_rows", "largest_speed", "place_rows"]
-
 # Rows lie scattered: the one that comes so many later is fetched now.
 _AHEAD = 16
 

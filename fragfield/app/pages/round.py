@@ -147,20 +147,21 @@ class _RoundEditor:
         texts, table = self.texts, self.table
         across = "round.diameter" if table.diameters else "round.radius"
         heads = [f"{texts(one)} ({table.unit})" for one in ("round.station", across, "round.arc")]
-        for name in ("outer", "cavity"):
-            heading(texts(f"round.{name}"), 3)
-            with box("contour").props(f'role=table aria-label="{texts(f"round.{name}")}"') as contour:
-                for head in (*heads, ""):
-                    note(head, "head-cell")
-                for row, cells in enumerate(getattr(table, name)):
-                    for column, cell in enumerate(cells):
-                        self._cell(name, row, column, cell, heads[column])
-                    with ui.button(icon="close", on_click=lambda _, at=(name, row): self._remove(*at)) as away:
-                        away.props(f'flat dense round size=sm tabindex=-1 aria-label="{texts("form.remove")}"')
-            self.page.bind((*self.place, name), contour)
-            ui.button(texts("round.add_point"), icon="add", on_click=lambda _, name=name: self._add(name)).props(
-                "dense flat"
-            )
+        with box("contours") as contours:
+            for name in ("outer", "cavity"):
+                heading(texts(f"round.{name}"), 3)
+                with box("contour").props(f'role=table aria-label="{texts(f"round.{name}")}"'):
+                    for head in (*heads, ""):
+                        note(head, "head-cell")
+                    for row, cells in enumerate(getattr(table, name)):
+                        for column, cell in enumerate(cells):
+                            self._cell(name, row, column, cell, heads[column])
+                        with ui.button(icon="close", on_click=lambda _, at=(name, row): self._remove(*at)) as away:
+                            away.props(f'flat dense round size=sm tabindex=-1 aria-label="{texts("form.remove")}"')
+                ui.button(texts("round.add_point"), icon="add", on_click=lambda _, name=name: self._add(name)).props(
+                    "dense flat"
+                )
+        self.page.bind(self.place, contours)
         heading(texts("round.charge"), 3)
         with box("form"):
             self._single("front", f"{texts('round.front')} ({table.unit})", "charge")

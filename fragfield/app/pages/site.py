@@ -73,7 +73,7 @@ class _Site:
     def __init__(self, page: CasePage) -> None:
         self.page = page
         self.circles: list[dict[str, Any]] = []
-        self.rounds: list[dict[str, Any]] | None = None
+        self.rounds: list[dict[str, Any]] = []
         self.words = {name: page.texts(f"site.{name}") for name in _WORDS}
         self.rules: ui.html
 
@@ -91,12 +91,8 @@ class _Site:
 
     async def judged(self) -> None:
         """Rules by mass as circles, and the whole map, after a change."""
-        case = self.page.case.resolved()
-        self.rounds = (
-            None
-            if case is None
-            else [{"kind": "round", "name": one.name, "points": [list(one.position[:2])]} for one in case.round]
-        )
+        if (case := self.page.case.resolved()) is not None:
+            self.rounds = [{"kind": "round", "name": one.name, "points": [one.position[:2]]} for one in case.round]
         found = await run.io_bound(checked, self.page)
         rules = () if found is None or isinstance(found, str) else found.rules
         self.circles = [

@@ -3,36 +3,28 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator, Sequence
 from itertools import combinations, pairwise
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
-from fragfield.case.checks.bounds import choice_faults, outside_hard
+from burst_fenicsx.problem import ProductModel
+from flight.scene.obstacles import FACES, FIRST_FACE, pack_obstacles
 from fragfield.case.checks.expected_masses import check_expected
 from fragfield.case.checks.uncertain_inputs import check_uncertainty
-from fragfield.case.conversion.clearance import clearance, near_pairs
+from fragfield.case.conversion.clearance import Body, clearance, near_pairs
 from fragfield.case.conversion.exposed_sites import check_exposed
 from fragfield.case.conversion.rounds import heights, meshed, placed, profile_of
 from fragfield.case.conversion.stack import check_stack
 from fragfield.case.conversion.surroundings import ground_height, ground_of, surroundings
-from fragfield.case.faults import Fault
-from fragfield.case.tables.round import UP, ExplosiveTable
-from fragfield.case.tables.site import check_official
+from fragfield.case.faults import Fault, choice_faults, outside_hard
+from fragfield.case.schema import CaseTable
+from fragfield.case.tables.burst import BurstTable
+from fragfield.case.tables.round import UP, ExplosiveTable, PlaneTable, RoundTable
+from fragfield.case.tables.surroundings import check_official
 from fragfield.errors import nearest
 from fragfield_base.errors import show
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-
-    from numpy.typing import NDArray
-
-    from burst_fenicsx.problem import ProductModel
-    from fragfield.case.conversion.clearance import Body
-    from fragfield.case.schema import CaseTable
-    from fragfield.case.tables.burst import BurstTable
-    from fragfield.case.tables.round import PlaneTable, RoundTable
-
 
 _MOST_STATES = 100_000
 
@@ -254,10 +246,9 @@ def _overlaps(case: CaseTable, bodies: Sequence[Body], keys: Sequence[str], stac
                 both = one.name in stacked and other.name in stacked
                 yield Fault(
                     f"{'stack.gap' if both else keys[second]}",
-                    f"{show(one.name)} and {show(other.name)} stand "
-                    f"{_mm(max(found, 0.0))} apart, and the corners of their meshes with cells of {_mm(size)} reach "
-                    f"{_mm(found - in_mesh)} farther; allowed: at least {_mm_up(found - in_mesh)} apart, smaller "
-                    "cells, or burst.contact.surfaces = false",
+                    f"{show(one.name)} and {show(other.name)} stand {_mm(max(found, 0.0))} apart, and the corners of "
+                    f"their meshes with cells of {_mm(size)} reach {_mm(found - in_mesh)} farther; allowed: at least "
+                    f"{_mm_up(found - in_mesh)} apart, smaller cells, or burst.contact.surfaces = false",
                 )
 
 
@@ -295,14 +286,8 @@ def _near(size: float | None, bodies: Sequence[Body]) -> float:
     """Distance (m) beyond which no mesh with cells of this size (m) can make rounds overlap."""
     if size is None:
         return 0.0
-    widest = max((sum(abs(end) for end in _span(body)) for body in bodies), default=0.0)
+    widest = max((float(np.ptp(body.reach(np.linalg.svd(body.axis[None, :])[2][1]))) for body in bodies), default=0.0)
     return _NEAR_CELLS * size + _NEAR_RADII * widest
-
-
-def _span(body: Body) -> tuple[float, float]:
-    across = np.linalg.svd(body.axis[None, :])[2][1]
-    low, high = body.reach(across)
-    return 0.5 * (low - high), 0.5 * (high - low)
 
 
 def _buried(case: CaseTable, bodies: Sequence[Body], keys: Sequence[str]) -> Iterator[Fault]:
@@ -338,7 +323,6 @@ def check_protective_works(case: CaseTable) -> Iterator[Fault]:
     Seen from the top of every round, all that is named together must close 270 degrees of the directions, up to 30
     degrees over the horizontal: a single wall, works far off and low ones do not stop what flies farthest.
     """
-    from flight.scene.obstacles import FACES, FIRST_FACE, pack_obstacles
     from flight.scene.scene import Scene
 
     key, names = "hazard.protective_works", case.hazard.protective_works

@@ -1,4 +1,6 @@
-"""What a case will do, estimated before its burst: how many fragments, and how far a map of heights must reach.
+"""What stages refuse when they are built, with the case's keys, and what is estimated before the burst.
+
+Estimated are how many fragments there are, and how far a map of heights must reach.
 
 The laws are those of the break-up, with the speed of Gurney's formula (Eqs. 23-24) for that of the burst, which differs
 from it by 30 % at most where a casing is closed: mean masses then by a factor below 2. An estimated mean mass is a
@@ -9,30 +11,38 @@ from __future__ import annotations
 
 import math
 import warnings
+from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
+import flight
+from burst_fenicsx.problem import Round
+from flight import FlightWarning, Fragments, fly
+from flight.hazard.density.directions import Directions
+from fragfield.case import problem
 from fragfield.case.checks.expected_masses import RECOVERED
-from fragfield.case.conversion.rounds import burst_round, first_alike, masses_of
-from fragfield.case.conversion.surroundings import bearing_of, direction_words, ground_of, surroundings
+from fragfield.case.conversion.exposed_sites import exposed_sites_of
+from fragfield.case.conversion.rounds import burst_round, first_alike, masses_of, profile_of
+from fragfield.case.conversion.surroundings import (
+    bearing_of,
+    check_surroundings,
+    direction_words,
+    ground_of,
+    surroundings,
+)
 from fragfield.case.faults import Doubt, Fault
+from fragfield.case.schema import CaseTable
+from fragfield.case.tables.round import RoundTable
 from fragfield.errors import InputError
+from fragfield.hazard.tp12 import effective_number
 from fragfield_base import errors
+from fragfield_base.errors import show
+from transition import BreakUpSettings
 
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-    from pathlib import Path
-
-    from numpy.typing import NDArray
-
-    from burst_fenicsx.problem import Round
-    from flight import Fragments
-    from fragfield.case.schema import CaseTable
-    from transition import BreakUpSettings
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 
 _MARGIN = 4.0
@@ -109,7 +119,6 @@ def check_numbers(case: CaseTable, settings: BreakUpSettings, *, margin: float =
 
 
 def _images(case: CaseTable) -> int:
-    """Of every round by the planes of symmetry, itself included; they are perpendicular to each other."""
     return int(2 ** sum(plane.kind == "symmetry" for plane in case.plane))
 
 
@@ -137,10 +146,8 @@ def _empty_grades(key: str, found: list[SegmentMean], settings: BreakUpSettings,
         if not any(grades.grades(law, n, one.mass)[1].any() for law, n in zip(laws, numbers, strict=True)):
             yield Fault(
                 "break_up.graded_dm",
-                "the first grade, graded_m0 + graded_dm = "
-                f"{settings.graded_m0 + settings.graded_dm:g} "
-                f'kg, holds less than one fragment of the segment "{one.name}" of {key} ({one.mass:.4g} kg, mean '
-                "mass about "
+                f"the first grade, graded_m0 + graded_dm = {settings.graded_m0 + settings.graded_dm:g} kg, holds less "
+                f'than one fragment of the segment "{one.name}" of {key} ({one.mass:.4g} kg, mean mass about '
                 f'{one.mean:.3g} kg); allowed: wider grades, or sampler = "quantile"',
             )
             return
@@ -253,11 +260,10 @@ def farthest_throw(case: CaseTable) -> float | None:
     over level ground in the air, and with the drag, of the flight.
     """
     from fragfield.case.conversion.rounds import burst_round, first_alike
-    from fragfield.case.problem import break_up_settings
 
     pieces = []
     try:
-        settings = break_up_settings(case)
+        settings = problem.break_up_settings(case)
         for index in set(first_alike(case)):
             for one in expected_means(burst_round(case.round[index], f"round[{index + 1}]"), settings):
                 number = _images(case) * len(case.round) * _ONE_IN * one.mass / one.mean
@@ -283,15 +289,130 @@ def farthest_flight(case: CaseTable, fragments: Fragments) -> float:
 
 def _range(case: CaseTable, mass: Array, speed: Array) -> Array:
     """Largest horizontal ranges (n,) of fragments (kg, m/s) over `_ELEVATIONS`, back to the height of launch."""
-    from flight import FlightWarning, Fragments, fly
-    from fragfield.case.problem import flight_arguments
-
     number, turn = len(_ELEVATIONS), np.tile(_ELEVATIONS, len(mass))
     way = np.column_stack([np.cos(turn), np.zeros(len(turn)), np.sin(turn)])
     velocity = np.repeat(speed, number)[:, None] * way
     shots = Fragments(np.repeat(mass, number), (0.0, 0.0, 0.0), velocity, case.flight.shape_factor)
-    arguments = {name: flight_arguments(case)[name] for name in ("air", "drag", "gravity", "integrator")}
+    arguments = {name: problem.flight_arguments(case)[name] for name in ("air", "drag", "gravity", "integrator")}
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", FlightWarning)  # of the flight itself, once it is flown
         flown = fly(shots, **arguments, ricochet=None, time_limit=_LONGEST, threads=1)
     return np.asarray(flown.landing["distance"].reshape(-1, number).max(axis=1))
+
+
+_MOST_CELLS = 20_000_000  # of the hazard distance: 160 MB a field, of which a batch of realisations keeps several
+
+
+def stage_faults(case: CaseTable) -> Iterator[Fault]:
+    """Faults of a resolved case that its stages would find."""
+    yield from _cells(case)
+    try:
+        yield from _of_break_up(case, problem.break_up_settings(case))
+    except errors.InputError as error:
+        yield _rekeyed(case, error, "")
+    yield from list(_of_flight(case)) or map_faults(case)
+    try:
+        yield from _of_hazard(case)
+    except errors.InputError as error:
+        yield _rekeyed(case, error, "hazard.")
+
+
+def _of_flight(case: CaseTable) -> Iterator[Fault]:
+    try:
+        flight.Drag.of(case.flight.drag)
+    except errors.InputError as error:  # of a file: without the key
+        yield Fault("flight.drag", str(error).removeprefix("drag: "))
+        return
+    try:
+        problem.flight_arguments(case)
+        check_surroundings(case)
+        exposed_sites_of(case)
+    except errors.InputError as error:
+        yield _rekeyed(case, error, "flight.")
+
+
+def _rekeyed(case: CaseTable, error: errors.InputError, table: str) -> Fault:
+    """A stage's refusal with the case's key: a stage begins with what is at fault, and its name if it has one."""
+    text = str(error)
+    for key in ("witness", "obstacle", "exposed"):
+        for number, entry in enumerate(getattr(case, key), start=1):
+            for name in (entry.name, show(entry.name)):
+                if text.startswith(head := f"{key} {name}: "):
+                    return Fault(f"{key}[{number}]", f"{show(entry.name)}: {text.removeprefix(head)}")
+    key, _, words = text.partition(": ")
+    return Fault(table + {"contact": "collisions"}.get(key, key), words)
+
+
+def _cells(case: CaseTable) -> Iterator[Fault]:
+    from burst_fenicsx.axisymmetric.mesh import check_meridian_size
+    from burst_fenicsx.meshing.sizing import check_mesh_size
+
+    if case.burst is None:
+        return
+    check = check_mesh_size if problem.burst_geometry(case).geometry == "3d" else check_meridian_size
+    for entry in case.round:
+        try:
+            if entry.mesh is None:
+                check(profile_of(entry), case.burst.cell_size)
+        except errors.InputError as error:
+            yield Fault("burst.cell_size", str(error).replace("cell_size = ", "found ", 1))
+            return
+
+
+def _of_break_up(case: CaseTable, settings: BreakUpSettings) -> Iterator[Fault]:
+    for number, (entry, first) in enumerate(zip(case.round, first_alike(case), strict=True)):
+        faults = list(_of_round(f"round[{number + 1}]", entry, settings)) if first == number else []
+        yield from faults
+        if faults:
+            return  # the laws below would meet the same
+    yield from check_numbers(case, settings)
+
+
+def _of_round(key: str, entry: RoundTable, settings: BreakUpSettings) -> Iterator[Fault]:
+    from transition.law.mean_mass import explosive_constant
+
+    if settings.mean_mass == "gurney_sarmousakis":
+        explosive_constant(entry.material("explosive").name, settings.explosive_constant)
+    masses, stations = masses_of(entry), settings.segments
+    if isinstance(stations, tuple) and stations and isinstance(entry.profile, dict):
+        length = profile_of(entry).length
+        if stations[-1] >= length:
+            yield Fault(
+                "break_up.segments",
+                f"found the station {1e3 * stations[-1]:.6g} mm, beyond {key}; allowed: below its length, "
+                f"{1e3 * length:.6g} mm",
+            )
+    segments = masses.segments if stations is None else ()
+    heaviest = max((one.casing for one in segments), default=masses.casing)
+    whose = f"the heaviest segment of {key}" if segments else f"the casing of {key}"
+    if isinstance(settings.mean_mass, float) and settings.mean_mass > heaviest:
+        yield Fault(
+            "break_up.mean_mass",
+            f"found {settings.mean_mass:g} kg, above the mass of {whose}, {heaviest:.4g} kg; allowed: "
+            "at most that (is it the mean mass of a fragment, in the unit that is meant?)",
+        )
+
+
+def _of_hazard(case: CaseTable) -> Iterator[Fault]:
+    table = case.hazard
+    problem.hazard_criteria(case)
+    grid = problem.hazard_grid(case)
+    cells = grid.sectors * grid.cuts * grid.cells
+    if cells > _MOST_CELLS:
+        yield Fault(
+            "hazard.distance_cell",
+            f"found {table.distance_cell:g} m with {table.sectors} sectors and a kernel of "
+            f"{problem.kernel_degrees(case):.3g} deg, which make {cells:.3g} cells of density; allowed: at most "
+            f"{_MOST_CELLS:.0e}: wider cells, fewer sectors or a wider kernel",
+        )
+        return
+    if case.round:
+        basis, mirrors = problem.hazard_directions(case)
+        Directions(grid, basis, problem.kernel_degrees(case), tuple(one for one in mirrors if grid.maps(one)))
+    rule = table.stack_rule
+    if rule.side is not None and rule.top is not None:
+        try:
+            effective_number(rule.side, rule.top, rule.cover)
+        except errors.InputError as error:
+            words = str(error).removeprefix("stack rule: ")
+            yield Fault("hazard.stack_rule", f"{words}; allowed: one round or more")

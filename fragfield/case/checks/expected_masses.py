@@ -5,20 +5,16 @@ A mass that no casing has shows that the numbers of a mesh file or a drawing wer
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from flight.arena import ArenaTable
 from fragfield.case.conversion.rounds import are_alike, first_alike, masses_of
 from fragfield.case.faults import Fault
+from fragfield.case.schema import CaseTable
+from fragfield.case.tables.round import RoundTable
 from fragfield.errors import InputError
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from flight.arena import ArenaTable
-    from fragfield.case.schema import CaseTable
-    from fragfield.case.tables.round import RoundTable
-
 
 TOLERANCE = 0.01
 """Difference from the expected mass that is allowed, as a fraction of it."""
@@ -154,9 +150,8 @@ class RecoveredMass:
         """What was recovered and how it is flown, for terminal, log and report."""
         if self.fraction is None:
             return (
-                f"the arena table holds {self.mass:.4g} kg of fragments; without a table [[round]] the mass of "
-                "the casing "
-                "is not known, nor the fraction of it that was recovered"
+                f"the arena table holds {self.mass:.4g} kg of fragments; without a table [[round]] the mass of the "
+                "casing is not known, nor the fraction of it that was recovered"
             )
         held = (
             f"the arena table holds {self.mass:.4g} kg of fragments, {100.0 * self.fraction:.3g} % of the "
@@ -175,9 +170,8 @@ class RecoveredMass:
             return f"{self.words}: what was not recovered is taken to have flown as what was"
         if self.fraction < _WARNED:
             return (
-                f"{self.words}: fragments that were not recovered are not flown, so that densities and distances "
-                "are too "
-                'small; flight.arena_mass = "scaled" scales the numbers to the casing'
+                f"{self.words}: fragments that were not recovered are not flown, so that densities and distances are "
+                'too small; flight.arena_mass = "scaled" scales the numbers to the casing'
             )
         return f"{self.words}: more than the round has"
 
@@ -199,9 +193,8 @@ def recovered_mass(case: CaseTable, table: ArenaTable, name: str) -> RecoveredMa
     if not case.round:
         if meant == "scaled":
             raise InputError(
-                f'{name}: flight.arena_mass: found "scaled" without a table [[round]], so that the mass of the '
-                "casing is "
-                'not known; allowed: "checked" or "as_given", or a round with its profile and casing'
+                f'{name}: flight.arena_mass: found "scaled" without a table [[round]], so that the mass of the casing '
+                'is not known; allowed: "checked" or "as_given", or a round with its profile and casing'
             )
         return RecoveredMass(table.total_mass, None, meant)
     if not are_alike(case):
@@ -222,8 +215,7 @@ def recovered_mass(case: CaseTable, table: ArenaTable, name: str) -> RecoveredMa
     if meant == "checked" and not low <= fraction <= high:
         raise InputError(
             f'{name}: {found.words} of round[1]; allowed with flight.arena_mass = "checked": {100.0 * low:g} to '
-            f'{100.0 * high:g} %. Are its numbers those of one round, and all zones in it? "scaled" scales the '
-            "numbers to "
-            'the casing, "as_given" flies them as they are'
+            f'{100.0 * high:g} %. Are its numbers those of one round, and all zones in it? "scaled" scales the numbers '
+            'to the casing, "as_given" flies them as they are'
         )
     return found

@@ -3,18 +3,14 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterator
+from typing import Any
 
-from fragfield.case.checks.bounds import choice_faults
-from fragfield.case.faults import Fault
+from fragfield.case.faults import Fault, choice_faults
 from fragfield.case.keys import unit_of_key
 from fragfield.case.schema import CaseTable, UncertainInputTable
 from fragfield_base.errors import show
 from fragfield_base.inputs import NotAllowedError, Quantity
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
-
 
 _PARAMETERS = ("low", "high", "mode", "mean", "standard_deviation", "median", "factor", "values", "weights")
 _POSITIVE = ("standard_deviation", "median")
@@ -78,17 +74,14 @@ def _check_numbers(where: str, entry: UncertainInputTable) -> Iterator[Fault]:
             continue
         if (low is not None and value < low) or (high is not None and value > high):
             yield Fault(f"{where}.{name}", f"found {show(getattr(entry, name))}; allowed: between low and high")
-    if entry.applies == "factor" and min(_extremes(found), default=1.0) <= 0.0:
+    factors = [found[name] for name in ("low", "mode", "mean", "median") if found.get(name) is not None]
+    factors += [value for value in found.get("values") or [] if isinstance(value, float)]
+    if entry.applies == "factor" and min(factors, default=1.0) <= 0.0:
         yield Fault(where, 'applies = "factor" can be zero or less; allowed: positive factors, cut off by low')
     if entry.distribution == "normal" and entry.applies == "factor" and low is None:
         yield Fault(f"{where}.low", 'missing; a factor with distribution = "normal" must be cut off above zero by low')
     if entry.distribution == "discrete":
         yield from _check_discrete(where, entry)
-
-
-def _extremes(found: Mapping[str, Any]) -> list[float]:
-    chosen = [found[name] for name in ("low", "mode", "mean", "median") if found.get(name) is not None]
-    return [*chosen, *(value for value in found.get("values") or [] if isinstance(value, float))]
 
 
 def _check_discrete(where: str, entry: UncertainInputTable) -> Iterator[Fault]:

@@ -7,19 +7,15 @@ their fragments (`fragfield.pipeline.attitudes`).
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import replace
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
-from fragfield.case.conversion.surroundings import bearing_of, direction_words
-from fragfield.case.conversion.symmetry import all_azimuths_alike
+from fragfield.case.conversion.surroundings import bearing_of, direction_words, ground_height
+from fragfield.case.conversion.turned import all_azimuths_alike
 from fragfield.case.faults import Fault
+from fragfield.case.schema import CaseTable
 from fragfield.results.hazard import Attitude
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from fragfield.case.schema import CaseTable
-
 
 Vector = tuple[float, float, float]
 UP: Vector = (0.0, 0.0, 1.0)
@@ -129,8 +125,6 @@ def _site_faults(case: CaseTable, key: str, found: str) -> Iterator[Fault]:
 
 def attitude_of(case: CaseTable, *, given: bool = False) -> Attitude:
     """Attitude of the rounds of a resolved case; `given`: of fragments of a file, which have one of their own."""
-    from fragfield.case.conversion.surroundings import ground_height
-
     nothing = Attitude(
         kind="several", words="", inclination_deg=None, azimuth_deg=None, base_height=None,
         worst_inclination_deg=None, worst_roll_deg=None, curve=(),

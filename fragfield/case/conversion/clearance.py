@@ -7,20 +7,18 @@ overlap it is minus the depth at which the deepest point of either lies within t
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-
-    from numpy.typing import ArrayLike, NDArray
-
     from burst_fenicsx.geometry import Contour, Profile
 
-    Vectors = NDArray[np.float64]
+Vectors = NDArray[np.float64]
 
 
 ALIKE = 1e-9  # distances that differ by less are equal, and the first pair counts (m)
@@ -30,27 +28,6 @@ _CORNER = 0.05  # rad, the turn of a meridian from which its corner is a sample
 _ANGLES = 72
 _STARTS = 5  # samples around which one looks closer
 _FINEST = 1e-7  # m
-
-
-class Body(Protocol):
-    """The outside of a round in space, in world coordinates (m)."""
-
-    @property
-    def axis(self) -> Vectors:
-        """Unit axis (3,)."""
-
-    @property
-    def centre(self) -> Vectors:
-        """A point within it (3,) m."""
-
-    def reach(self, direction: ArrayLike) -> tuple[float, float]:
-        """Minimum and maximum of x . u over the body (m) for a unit vector u (3,): its extent, or its heights."""
-
-    def distances(self, points: Vectors) -> Vectors:
-        """Distances (n,) of points (n, 3) from the body (m), negative within it."""
-
-    def nearest_to(self, other: Body) -> float:
-        """Smallest distance from another body of samples of this one (m)."""
 
 
 @dataclass(frozen=True)
@@ -72,7 +49,7 @@ class Revolved:
         return middle
 
     def reach(self, direction: ArrayLike) -> tuple[float, float]:
-        """As `Body`."""
+        """Minimum and maximum of x . u over the body (m) for a unit vector u (3,): its extent, or its heights."""
         unit = np.asarray(direction, dtype=np.float64)
         along = float(unit @ self.axis)
         wide = float(np.linalg.norm(unit - along * self.axis)) * self.radii
@@ -80,7 +57,7 @@ class Revolved:
         return foot + float((along * self.heights - wide).min()), foot + float((along * self.heights + wide).max())
 
     def distances(self, points: Vectors) -> Vectors:
-        """As `Body`: in the plane of the axis and the point, from the meridian's lines."""
+        """Distances (n,) of points (n, 3) from the body (m), negative within it, by the lines of its meridian."""
         from_base = points - self.position
         z = from_base @ self.axis
         r = np.linalg.norm(from_base - z[:, None] * self.axis, axis=1)
@@ -93,7 +70,7 @@ class Revolved:
         return found
 
     def nearest_to(self, other: Body) -> float:
-        """As `Body`: samples of its surface and its axis."""
+        """Smallest distance from another body of samples of its surface and its axis (m)."""
         outline = self._outline
         steps = np.diff(outline, axis=0)
         length = np.concatenate([[0.0], np.cumsum(np.hypot(*steps.T))])
@@ -166,20 +143,24 @@ class Hull:
         return mean
 
     def reach(self, direction: ArrayLike) -> tuple[float, float]:
-        """As `Body`."""
+        """As of `Revolved`."""
         heights = self.points @ np.asarray(direction, dtype=np.float64)
         return float(heights.min()), float(heights.max())
 
     def distances(self, points: Vectors) -> Vectors:
-        """As `Body`."""
+        """As of `Revolved`."""
         found = np.full(len(points), -np.inf)
         for normal, level in zip(self.normals, self.levels, strict=True):
             np.maximum(found, points @ normal - level, out=found)
         return found
 
     def nearest_to(self, other: Body) -> float:
-        """As `Body`: its points."""
+        """As of `Revolved`: of its points."""
         return float(other.distances(self.points).min())
+
+
+Body = Revolved | Hull
+"""The outside of a round in space, in world coordinates (m)."""
 
 
 def placed_body(

@@ -3,34 +3,32 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from flight.scene.plan import contains, signed_area
+from flight.errors import InputError
+from flight.hazard.exposed import Prism
+from flight.scene.plan import contains
 from fragfield.case.conversion.surroundings import ground_height, site_of
 from fragfield.case.faults import Fault
+from fragfield.case.schema import CaseTable
 from fragfield.case.tables.surroundings import (
     AreaTable,
     BuildingTable,
     ExposedBuildingTable,
+    ExposedTable,
+    ObstacleTable,
     PersonTable,
     RoadTable,
     WallTable,
 )
 from fragfield_base.errors import show
 
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from numpy.typing import NDArray
-
-    from flight.hazard.exposed import Prism
-    from fragfield.case.schema import CaseTable
-    from fragfield.case.tables.surroundings import ExposedTable, ObstacleTable
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 
 DEPTH = 1.0  # m by which prisms reach below the lowest ground
@@ -83,7 +81,7 @@ def check_exposed(case: CaseTable) -> Iterator[Fault]:
                 f"{key}.{limits[1]}", f"found together with {limits[0]}; allowed: one criterion for an exposed site"
             )
         yield from _placing(case, key, entry)
-        if isinstance(entry, AreaTable) and entry.points is not None and not _is_convex(np.array(entry.points)):
+        if isinstance(entry, AreaTable) and entry.points is not None and not is_convex(np.array(entry.points)):
             yield Fault(
                 f"{key}.points", "found a polygon that is not convex; allowed: a convex one; split it into several"
             )
@@ -250,8 +248,6 @@ def _open(case: CaseTable, entry: PersonTable | RoadTable | AreaTable) -> tuple[
 
 
 def _strip(points: Array, width: float) -> tuple[Array, list[Array]]:
-    from flight.errors import InputError
-
     ways = np.diff(points, axis=0)
     lengths = np.hypot(ways[:, 0], ways[:, 1])
     if not lengths.min() > 0.0:
@@ -268,17 +264,16 @@ def _strip(points: Array, width: float) -> tuple[Array, list[Array]]:
     return outline, pieces
 
 
+def is_convex(corners: Array) -> bool:
+    """Whether corners (n, 2) in order are those of a convex polygon."""
+    import shapely
+
+    plan = shapely.Polygon(corners)
+    return bool(plan.is_valid and plan.convex_hull.area <= plan.area * (1.0 + 1e-12))
+
+
 def rectangle(centre: tuple[float, float], length: float, width: float, azimuth: float) -> Array:
     """Corners (4, 2) of a rectangle whose length points to an azimuth (rad)."""
     along = 0.5 * length * np.array([math.cos(azimuth), math.sin(azimuth)])
     across = 0.5 * width * np.array([-math.sin(azimuth), math.cos(azimuth)])
     return np.asarray(centre) + np.array([along + across, across - along, -along - across, along - across])
-
-
-def _is_convex(corners: Array) -> bool:
-    ways = np.roll(corners, -1, axis=0) - corners
-    later = np.roll(ways, -1, axis=0)
-    turn = ways[:, 0] * later[:, 1] - ways[:, 1] * later[:, 0]
-    around = np.degrees(np.unwrap(np.arctan2(ways[:, 1], ways[:, 0])))
-    once = abs(around[-1] - around[0]) < 360.0
-    return bool(((turn >= 0.0).all() or (turn <= 0.0).all()) and once and signed_area(corners) != 0.0)

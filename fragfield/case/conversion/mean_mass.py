@@ -17,34 +17,29 @@ part of a round whose fragments were caught. Those of an arena table are of one 
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING
+from collections.abc import Iterator
+from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from flight.arena import ArenaTable
 from flight.files.text_tables import import_hint, in_columns_of, read_columns
+from fragfield.case.conversion.rounds import are_alike, masses_of
 from fragfield.case.faults import Fault, faults_at, refuse
-from fragfield.case.tables.burst import FragmentCountsTable
+from fragfield.case.schema import CaseTable
+from fragfield.case.tables.burst import BreakUpTable, FragmentCountsTable
 from fragfield.errors import InputError, nearest
 from fragfield_base.errors import show
 from fragfield_base.inputs import with_unit
 from fragfield_base.paths import absolute
 from fragfield_base.reading import read_text
+from fragfield_base.substances import Substance
 from transition.errors import InputError as BreakUpInputError
 from transition.law.fragment_counts import FragmentCounts
 
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-    from pathlib import Path
-
-    from numpy.typing import NDArray
-
-    from fragfield.case.schema import CaseTable
-
-    Array = NDArray[np.float64]
-    Groups = tuple[Array, Array, Array | None]
-    from fragfield.case.tables.burst import BreakUpTable
-    from fragfield_base.substances import Substance
+Array = NDArray[np.float64]
+Groups = tuple[Array, Array, Array | None]
 
 
 _MASSES = ("mass_from_kg", "mass_to_kg", "mass_above_kg", "mass_kg")
@@ -74,8 +69,6 @@ def with_counts(case: CaseTable, source: str, folder: Path) -> CaseTable:
 
 def check_counts(case: CaseTable) -> Iterator[Fault]:
     """Faults of counts that fix no mean mass, hold another mass than the casing, or stand for rounds that differ."""
-    from fragfield.case.conversion.rounds import are_alike, masses_of
-
     if case.break_up.counts is None or not case.break_up.mean_mass_is_file:
         return
     from transition.law.count_fit import SegmentMasses, fit_counts  # needs scipy

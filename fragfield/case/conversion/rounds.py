@@ -3,29 +3,26 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
+from burst_fenicsx.problem import Part, Round
+from fragfield.case.conversion.clearance import Body, Hull, placed_body
 from fragfield.case.conversion.surroundings import ground_height
 from fragfield.case.faults import Fault
-from fragfield.case.tables.round import RoundTable
+from fragfield.case.schema import CaseTable
+from fragfield.case.tables.round import PlaneTable, RoundTable
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from numpy.typing import NDArray
-
     from burst_fenicsx.geometry import Profile
-    from burst_fenicsx.problem import Round
-    from fragfield.case.conversion.clearance import Body
-    from fragfield.case.schema import CaseTable
-    from fragfield.case.tables.round import PlaneTable
 
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 
 def burst_rounds(case: CaseTable) -> list[Round]:
@@ -37,7 +34,6 @@ def burst_rounds(case: CaseTable) -> list[Round]:
 def burst_round(entry: RoundTable, key: str, made: dict[str, Profile] | None = None) -> Round:
     """One resolved round; `key` names it in messages, profiles already `made` are taken from there."""
     from burst_fenicsx.geometry import profile_from_table
-    from burst_fenicsx.problem import Round
 
     profile = None
     if isinstance(entry.profile, dict):
@@ -64,7 +60,6 @@ Held = TypeVar("Held")
 def placed(entry: RoundTable) -> Body:
     """Outside of a resolved round; of one from a mesh file, the convex hull of its nodes."""
     from burst_fenicsx.meshing import mesh_round
-    from fragfield.case.conversion.clearance import Hull, placed_body
 
     if isinstance(entry.profile, dict):
         return placed_body(profile_of(entry), entry.position, entry.axis)
@@ -76,8 +71,6 @@ def meshed(entry: RoundTable, cell_size: float) -> Body:
 
     The sections of the mesh are polygons with the area of the contour's circles, so that their corners lie outside.
     """
-    from fragfield.case.conversion.clearance import placed_body
-
     if not isinstance(entry.profile, dict):
         return placed(entry)
     stations, factor = _grid(json.dumps(entry.profile), cell_size)
@@ -149,7 +142,6 @@ def _profile(table: str) -> Profile:
 
 @lru_cache(maxsize=64)
 def _grid(table: str, cell_size: float) -> tuple[NDArray[np.float64], float]:
-    """Stations of the layers (m) of the mesh of a profile, and the factor on its radii."""
     from burst_fenicsx.meshing.disc import equal_area_factor
     from burst_fenicsx.meshing.sizing import grid_counts
 
@@ -225,7 +217,6 @@ def masses_of(entry: RoundTable | Round) -> RoundMasses:
     profile = profile_of(entry) if isinstance(entry, RoundTable) and entry.mesh is None else item.profile
     if profile is None:
         from burst_fenicsx.meshing import mesh_round, part_volumes
-        from burst_fenicsx.problem import Part
 
         volumes = part_volumes(mesh_round(item, 1.0))
         return RoundMasses(volumes[Part.CASING] * casing, volumes[Part.CHARGE] * charge)

@@ -2,25 +2,20 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Container, Iterator, Sequence
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
-from fragfield.case.checks.bounds import choice_faults
+from fragfield.case.conversion.rounds import lift_to, outsides
 from fragfield.case.conversion.surroundings import ground_height
-from fragfield.case.faults import Fault
+from fragfield.case.faults import Fault, choice_faults
+from fragfield.case.schema import CaseTable
+from fragfield.case.tables.round import RoundTable, StackTable
 from fragfield.errors import nearest
 from fragfield_base.errors import show
 
-if TYPE_CHECKING:
-    from collections.abc import Container, Iterator, Sequence
-
-    from numpy.typing import ArrayLike, NDArray
-
-    from fragfield.case.schema import CaseTable
-    from fragfield.case.tables.round import IgnitionTable, RoundTable, StackTable
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 
 _MOST_ROUNDS = 1000
@@ -37,7 +32,14 @@ def check_stack(case: CaseTable) -> Iterator[Fault]:
         faults.append(Fault("stack", f"found {stack.size} rounds; allowed: at most {_MOST_ROUNDS}"))
     yield from faults
     if not faults and not list(choice_faults(stack)):
-        yield from _names(case, stack)
+        template = _template(case, stack)
+        own = set(stacked_names(case))
+        for number, entry in enumerate(case.round, start=1):
+            if entry is not template and entry.name in own:
+                yield Fault(
+                    f"round[{number}].name",
+                    f"found {show(entry.name)}, a name of the stack's own rounds; allowed: another",
+                )
         yield from _ignited(case, stack)
 
 
@@ -65,7 +67,11 @@ def expanded(case: CaseTable, on_ground: Container[str] = ()) -> list[RoundTable
     copies = []
     for index, (name, place) in enumerate(zip(stacked_names(case), places, strict=True)):
         delay = stack.delays[index] if stack.delays is not None else 0.0
-        ignition = [_later(point, delay) for point in template.ignition or []] if index in initiated else []
+        ignition = [
+            point.model_copy(update={"delay": point.delay + delay})
+            for point in template.ignition or []
+            if index in initiated
+        ]
         position = tuple(float(value) for value in place)
         copies.append(template.model_copy(update={"name": name, "position": position, "ignition": ignition}))
     at = case.round.index(template)
@@ -73,8 +79,6 @@ def expanded(case: CaseTable, on_ground: Container[str] = ()) -> list[RoundTable
 
 
 def _places(case: CaseTable, template: RoundTable, stack: StackTable) -> Array:
-    from fragfield.case.conversion.rounds import lift_to, outsides
-
     bodies = outsides(template, case)
 
     def pitch(direction: ArrayLike, gap: float) -> float:
@@ -94,10 +98,6 @@ def _places(case: CaseTable, template: RoundTable, stack: StackTable) -> Array:
         offsets = pallet(stack.counts or (1, 1, 1), (pitches[0], pitches[1], pitches[2]))
     lift = lift_to(stack.base, template, case)
     return np.asarray(offsets + np.array(template.position) + [0.0, 0.0, lift])
-
-
-def _later(point: IgnitionTable, delay: float) -> IgnitionTable:
-    return point.model_copy(update={"delay": point.delay + delay})
 
 
 def _template(case: CaseTable, stack: StackTable) -> RoundTable:
@@ -132,16 +132,6 @@ def _template_faults(case: CaseTable, stack: StackTable) -> Iterator[Fault]:
         )
 
 
-def _names(case: CaseTable, stack: StackTable) -> Iterator[Fault]:
-    template = _template(case, stack)
-    own = set(stacked_names(case))
-    for number, entry in enumerate(case.round, start=1):
-        if entry is not template and entry.name in own:
-            yield Fault(
-                f"round[{number}].name", f"found {show(entry.name)}, a name of the stack's own rounds; allowed: another"
-            )
-
-
 def _ignited(case: CaseTable, stack: StackTable) -> Iterator[Fault]:
     template, names = _template(case, stack), stacked_names(case)
     if stack.delays is not None and len(stack.delays) != stack.size:
@@ -151,9 +141,10 @@ def _ignited(case: CaseTable, stack: StackTable) -> Iterator[Fault]:
     if stack.initiated is None:
         return
     unknown = [one for one in stack.initiated if (one not in names if isinstance(one, str) else one > stack.size)]
+    span = " to ".join(show(name) for name in dict.fromkeys((names[0], names[-1])))
     for one in unknown:
         near = f"{nearest(one, names)}; allowed: " if isinstance(one, str) else f"; allowed: 1 to {stack.size}, or "
-        yield Fault("stack.initiated", f"found {show(one)}{near}{_range(names)}")
+        yield Fault("stack.initiated", f"found {show(one)}{near}{span}")
     if unknown:
         return
     initiated = _initiated(case, stack)
@@ -162,8 +153,7 @@ def _ignited(case: CaseTable, stack: StackTable) -> Iterator[Fault]:
     if len(initiated) < stack.size and template.initiation is None:
         yield Fault(
             "stack.initiated",
-            f"found {len(initiated)} of {stack.size} rounds; the others need round "
-            f'"{template.name}" to have '
+            f'found {len(initiated)} of {stack.size} rounds; the others need round "{template.name}" to have '
             'initiation = { pressure = "5 GPa", duration = "0.2 us" }, by which the shock initiates them',
         )
     for index, delay in enumerate(stack.delays or []):
@@ -171,10 +161,6 @@ def _ignited(case: CaseTable, stack: StackTable) -> Iterator[Fault]:
             yield Fault(
                 "stack.delays", f"found {delay:g} s for {names[index]}, which waits for the shock; allowed: 0 s for it"
             )
-
-
-def _range(names: list[str]) -> str:
-    return show(names[0]) if len(names) == 1 else f"{show(names[0])} to {show(names[-1])}"
 
 
 def row(count: int, pitch: float) -> Array:

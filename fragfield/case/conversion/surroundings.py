@@ -7,14 +7,13 @@ from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
+from flight import HeightMap, InputError, Ricochet
+from flight.scene.scene import Scene
+from fragfield.case.schema import CaseTable
 from fragfield.case.tables.base import degrees_of
+from fragfield.case.tables.surroundings import GroundTable
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from flight import HeightMap, Ricochet
-    from fragfield.case.schema import CaseTable
-    from fragfield.case.tables.surroundings import GroundTable
     from fragfield.places.site import Site
 
 
@@ -23,9 +22,12 @@ _ADIABATIC, _GAS_CONSTANT = 1.4, 287.053  # of air: ratio of its heats, J/(kg K)
 
 def surroundings(case: CaseTable) -> dict[str, Any]:
     """Ground, ricochet and obstacles, as keyword arguments of `flight.fly`; raises flight's InputError."""
+    table = case.flight.ground
+    law = Ricochet.of(table.ricochet)
+    factors = (table.critical_angle_factor, table.speed_kept_factor, table.departure_factor, table.roughness_factor)
     return {
         "ground": ground_of(case),
-        "ricochet": _ricochet(case.flight.ground),
+        "ricochet": law and law.scaled(*factors),
         "obstacles": [entry.made() for entry in case.obstacle],
     }
 
@@ -71,8 +73,6 @@ def check_surroundings(case: CaseTable) -> None:
     """Refuse rounds off the map or in an obstacle, and an origin in one; raises flight's InputError."""
     import numpy as np
 
-    from flight.scene.scene import Scene
-
     found = surroundings(case)
     scene = Scene(found["ground"], found["ricochet"], tuple(found["obstacles"]))
     rounds = np.array([entry.position for entry in case.round], dtype=np.float64).reshape(-1, 3)
@@ -86,7 +86,6 @@ def _read_map(
     earth: tuple[float, float, float] | None,
     changed: int,  # noqa: ARG001
 ) -> HeightMap:
-    from flight import InputError
     from fragfield.places.maps import read_map
 
     datum: float | Literal["site"] = "site" if isinstance(table.datum, str) else table.datum
@@ -97,17 +96,6 @@ def _read_map(
         )  # fmt: skip
     except InputError as error:
         raise InputError(f"ground.map: {error}") from None
-
-
-def _ricochet(table: GroundTable) -> Ricochet | None:
-    from flight import Ricochet
-
-    law = Ricochet.of(table.ricochet)
-    if law is None:
-        return None
-    return law.scaled(
-        table.critical_angle_factor, table.speed_kept_factor, table.departure_factor, table.roughness_factor
-    )
 
 
 def site_of(case: CaseTable) -> Site | None:
@@ -123,11 +111,6 @@ def bearing_of(case: CaseTable, azimuth: float | None) -> float | None:
     """Bearing (degrees clockwise from north) of an azimuth (degrees from +x); None without [site] or an azimuth."""
     site = site_of(case)
     return None if site is None or azimuth is None else float(site.bearing_of(azimuth))
-
-
-def with_bearing(case: CaseTable, entry: Mapping[str, Any]) -> dict[str, Any]:
-    """An entry of summary.json with its bearing after its azimuth."""
-    return {**entry, "bearing_deg": bearing_of(case, entry["azimuth_deg"])}
 
 
 def wind_words(case: CaseTable) -> str:

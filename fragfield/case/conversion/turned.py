@@ -1,30 +1,140 @@
-"""An arrangement turned as one rigid body: its fragments, its directions of symmetry, its place over the ground."""
+"""Symmetry of a case: a single round of revolution, alike directions, and the rounds turned as one body.
+
+Only what is certain counts: where wind, a map, obstacles, a mesh file or a point of ignition off the axis may break a
+symmetry, none is used.
+"""
 
 from __future__ import annotations
 
+import json
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
-from typing import TYPE_CHECKING
+from typing import Any, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
-from fragfield.case.conversion.rounds import burst_round, images, placed, profile_of
+from burst_fenicsx.problem import Part
+from flight import Fragments
+from fragfield.case.conversion.rounds import burst_round, images, mirrored, placed, profile_of
+from fragfield.case.conversion.stack import expanded
 from fragfield.case.conversion.surroundings import ground_height
-from fragfield.case.conversion.symmetry import all_azimuths_alike, mirror_planes
 from fragfield.case.faults import Fault
+from fragfield.case.schema import CaseTable
+from fragfield.case.tables.round import RoundTable
 
-if TYPE_CHECKING:
-    from collections.abc import Iterator
+_PARALLEL = 1e-9  # 1 - |cosine| below which two directions are one
 
-    from numpy.typing import NDArray
 
-    from flight import Fragments
-    from fragfield.case.schema import CaseTable
-    from fragfield.case.tables.round import RoundTable
+def is_axisymmetric(case: CaseTable) -> bool:
+    """Whether a resolved case is a single round of revolution, initiated on its axis, with nothing beside it.
 
-    Array = NDArray[np.float64]
+    A plane across the axis (the ground below an upright round) keeps the symmetry; any other plane breaks it.
+    """
+    rounds = expanded(case)
+    if len(rounds) != 1:
+        return False
+    (only,) = rounds
+    if only.profile is None or only.initiation is not None:
+        return False
+    if any(point.offset != (0.0, 0.0) for point in only.ignition or ()):
+        return False
+    return all(plane.normal is not None and _parallel(plane.normal, only.axis) for plane in case.plane)
+
+
+def all_azimuths_alike(case: CaseTable) -> bool:
+    """Whether every azimuth has the same expected hazard as far as the rounds go: one upright axisymmetric round."""
+    return is_axisymmetric(case) and upright(expanded(case)[0])
+
+
+def upright(item: RoundTable) -> bool:
+    """Whether the round's axis is vertical."""
+    return _parallel(item.axis, (0.0, 0.0, 1.0))
+
+
+def _parallel(one: tuple[float, ...], other: tuple[float, ...]) -> bool:
+    cosine = sum(a * b for a, b in zip(one, other, strict=True)) / (math.hypot(*one) * math.hypot(*other))
+    return 1.0 - abs(cosine) < _PARALLEL
+
+
+_TOLERANCE = 1e-9  # m, and of unit vectors
+_STEP = 15.0  # degrees between the planes that are tried
+
+Basis = Literal["all_azimuths", "worst_direction"]
+
+
+def hazard_basis(case: CaseTable) -> Basis:
+    """Whether all azimuths have the same expected hazard: one upright axisymmetric round over level, empty ground."""
+    if not all_azimuths_alike(case) or not even_surroundings(case):
+        return "worst_direction"
+    (only,) = expanded(case)
+    centred = math.dist(only.position[:2], case.flight.origin) < _TOLERANCE
+    return "all_azimuths" if centred else "worst_direction"
+
+
+def mirror_planes(case: CaseTable) -> tuple[float, ...]:
+    """Azimuths (degrees, from 0 to 180) of vertical planes through the origin that mirror a resolved case on itself.
+
+    Rounds with their images behind planes of symmetry, axes, contents, ignition points and delays, and rigid planes are
+    compared; planes at multiples of 15 degrees are tried.
+    """
+    rounds = expanded(case)
+    if not rounds or not even_surroundings(case):
+        return ()
+    if any(one.profile is None or any(p.offset != (0.0, 0.0) for p in one.ignition or ()) for one in rounds):
+        return ()
+    bodies = _bodies(case)
+    planes = [
+        (np.array(plane.point), np.array(plane.normal), f"{plane.kind} {plane.friction_angle}")
+        for plane in case.plane
+        if plane.kind != "symmetry"
+    ]
+    origin = np.array([*case.flight.origin, 0.0])
+    found = []
+    for azimuth in np.arange(0.0, 180.0, _STEP):
+        turn = math.radians(azimuth)
+        normal = np.array([-math.sin(turn), math.cos(turn), 0.0])
+        mirror = np.eye(3) - 2.0 * np.outer(normal, normal)
+        if all(_has(bodies, origin + mirror @ (place - origin), mirror @ axis, what) for place, axis, what in bodies):
+            images = [(origin + mirror @ (point - origin), mirror @ across, what) for point, across, what in planes]
+            if all(any(_same_plane(image, plane) for plane in planes) for image in images):
+                found.append(float(azimuth))
+    return tuple(found)
+
+
+def even_surroundings(case: CaseTable) -> bool:
+    """Whether air and ground are the same in every direction."""
+    return case.flight.wind.is_still and case.flight.ground.map is None and not case.obstacle
+
+
+def _bodies(case: CaseTable) -> list[tuple[Any, Any, str]]:
+    bodies: list[tuple[Any, Any, str]] = []
+    for one in expanded(case):
+        contents = one.model_dump(mode="json", exclude={"name", "position", "axis"})
+        axis = np.array(one.axis) / math.hypot(*one.axis)
+        bodies.append((np.array(one.position), axis, json.dumps(contents, sort_keys=True)))
+    return mirrored(case, bodies)
+
+
+def _has(bodies: list[tuple[Any, Any, str]], place: Any, axis: Any, what: str) -> bool:  # noqa: ANN401 - arrays
+    return any(
+        what == other and np.abs(place - at).max() < _TOLERANCE and np.abs(axis - along).max() < _TOLERANCE
+        for at, along, other in bodies
+    )
+
+
+def _same_plane(one: tuple[Any, Any, str], other: tuple[Any, Any, str]) -> bool:
+    return (
+        one[2] == other[2]
+        and np.abs(one[1] - other[1]).max() < _TOLERANCE
+        and abs((one[0] - other[0]) @ other[1]) < _TOLERANCE
+    )
+
+
+Array = NDArray[np.float64]
 
 
 _SLICES = 400  # of a profile, for the centre of mass of its casing
@@ -55,10 +165,7 @@ class Turned:
 class Arrangement:
     """The rounds of a resolved case with their images, which turn about the centre of mass of the casings.
 
-    Parameters
-    ----------
-    case : CaseTable
-        Resolved; nothing but planes of symmetry stands beside its rounds.
+    `case`: resolved; nothing but planes of symmetry stands beside its rounds.
     """
 
     def __init__(self, case: CaseTable) -> None:
@@ -101,7 +208,12 @@ class Arrangement:
         matrix = _about(2, math.radians(azimuth)) @ _about(1, math.radians(inclination)) @ _about(2, math.radians(roll))
         shift = self.centre - matrix @ self.centre
         ground = ground_height(self.case, float(self.centre[0]), float(self.centre[1]))
-        shift[2] += max(0.0, ground - self._lowest(matrix, shift))
+        lowest = min(
+            placed(entry).reach(mirror.T @ matrix[2])[0] + float(matrix[2] @ moved + shift[2])
+            for entry in self.case.round
+            for mirror, moved in self.images
+        )
+        shift[2] += max(0.0, ground - lowest)
         rounds = [
             entry.model_copy(
                 update={
@@ -124,13 +236,6 @@ class Arrangement:
         case = self.case.model_copy(update={"round": rounds, "plane": planes})
         return Turned(inclination, roll, azimuth, case, matrix, shift)
 
-    def _lowest(self, matrix: Array, shift: Array) -> float:
-        return min(
-            placed(entry).reach(mirror.T @ matrix[2])[0] + float(matrix[2] @ moved) + float(shift[2])
-            for entry in self.case.round
-            for mirror, moved in self.images
-        )
-
 
 def origin_faults(case: CaseTable) -> Iterator[Fault]:
     """Fault of a resolved case of mixed attitudes whose distances are counted from beside the rounds."""
@@ -149,7 +254,6 @@ def _casing(entry: RoundTable) -> tuple[float, Array]:
     if entry.profile is None:
         from burst_fenicsx.meshing import mesh_round
         from burst_fenicsx.meshing.mesh import cell_centres, cell_volumes
-        from burst_fenicsx.problem import Part
 
         mesh = mesh_round(burst_round(entry, entry.name), 1.0)
         weight = np.where(mesh.part == Part.CASING, cell_volumes(mesh), 0.0)

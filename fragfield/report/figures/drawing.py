@@ -44,6 +44,8 @@ LINES: tuple[dict[str, Any], ...] = (
     {"color": "#b3361e", "linestyle": (0, (2.5, 1))},
     {"color": "#2f7d4f", "linestyle": (0, (7, 1, 2, 1))},
 )
+COLOURS: tuple[str, ...] = tuple(style["color"] for style in LINES)
+"""Those of `LINES` alone."""
 
 _STYLE = {
     "font.family": "DejaVu Sans",

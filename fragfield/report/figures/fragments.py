@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fragfield.report.figures.drawing import INK, LINES, figure, new_figure, plain_name
+from fragfield.report.figures.drawing import COLOURS, INK, LINES, figure, new_figure, plain_name
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -40,18 +40,14 @@ def _number_by_mass(run: StoredRun) -> Figure | None:
         style = LINES[1 + index % (len(LINES) - 1)]
         chosen = (launched.round == 0) & (launched.segment == index)
         if chosen.any():
-            _sampled(axis, masses[chosen], style["color"], symbols=20)
+            _sampled(axis, masses[chosen], COLOURS[1 + index % (len(LINES) - 1)], symbols=20)
         _law(axis, grid, number_above(law, grid**2 * 1e-3), style, f"{plain_name(law.name)}{of_first}")
     axis.set(yscale="log", xlim=(0, grid[-1]), ylim=(0.7, len(masses) * 2.0), xlabel="√m (√g); below: m (g)")
     axis.set_ylabel("Number heavier than m")
-    _mass_labels(axis)
+    ticks = [tick for tick in axis.get_xticks() if 0 <= tick <= grid[-1]]
+    axis.set_xticks(ticks, [f"{tick:g}\n{tick**2:,.4g}" for tick in ticks])
     axis.legend(loc="upper right", fontsize=7)
     return figure
-
-
-def _mass_labels(axis: Axes) -> None:
-    ticks = [tick for tick in axis.get_xticks() if 0 <= tick <= axis.get_xlim()[1]]
-    axis.set_xticks(ticks, [f"{tick:g}\n{tick**2:,.4g}" for tick in ticks])
 
 
 def _sampled(axis: Axes, masses: NDArray[np.float64], color: str, label: str | None = None, symbols: int = 60) -> None:
@@ -83,13 +79,10 @@ def _zone_figure(run: StoredRun) -> Figure | None:
     figure, (count, speed) = new_figure(2, 1, height=4.2, sharex=True)
     edges = table.zones
     for index, (name, label) in enumerate((("number", "all"), ("hazardous", "hazardous at launch"))):
-        style = LINES[index]
-        count.stairs(zones[name], edges, label=label, color=style["color"], linestyle=style["linestyle"])
+        count.stairs(zones[name], edges, label=label, **LINES[index])
     seen = zones["number"] > 0.0
     for index, (name, label) in enumerate((("mean_speed", "mean by mass"), ("max_speed", "largest"))):
-        style = LINES[index]
-        values = np.where(seen, zones[name], np.nan)
-        speed.stairs(values, edges, label=label, color=style["color"], linestyle=style["linestyle"])
+        speed.stairs(np.where(seen, zones[name], np.nan), edges, label=label, **LINES[index])
     count.set(ylabel="Fragments\nin a zone")
     count.set_ylim(bottom=0.0)
     speed.set(ylabel="Speed (m/s)", xlabel="Angle from the nose (°)", xlim=(0.0, 180.0), xticks=range(0, 181, 30))

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fragfield.case.conversion.surroundings import bearing_of, direction_words
-from fragfield.hazard.certainty import metres
-from fragfield.report.figures.drawing import ACCENT, GREY, INK, LINES, figure, new_figure
+from fragfield.report.figures.drawing import ACCENT, COLOURS, GREY, INK, LINES, figure, new_figure
+from fragfield.results.words import metres
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -30,6 +30,8 @@ _BESIDE = 1.6  # of the largest distance that the curve marks, up to which it is
     "Landing points of the fragments of the first realisation, seen from above, y upwards.",
 )  # fmt: skip
 def _landing_map(run: StoredRun) -> Figure | None:
+    from matplotlib.ticker import MaxNLocator
+
     rows, limit = run.landed, run.criteria.energy
     if not len(rows):
         return None
@@ -42,12 +44,13 @@ def _landing_map(run: StoredRun) -> Figure | None:
         x[~hazardous], y[~hazardous], s=2, color="#a3acb6", linewidths=0, rasterized=True, label=f"below {limit:.3g} J"
     )
     axis.scatter(
-        x[hazardous], y[hazardous], s=6, color=LINES[0]["color"], edgecolors="white",
+        x[hazardous], y[hazardous], s=6, color=COLOURS[0], edgecolors="white",
         linewidths=0.25, marker="D", rasterized=True, label=f"{limit:.3g} J or more",
     )  # fmt: skip
     reach = float(distance.max()) * 1.04
-    for radius in _ring_radii(reach):
-        _ring(axis, radius, color="#5d6670", dashes=":", label=f"{radius:g} m", angle=45.0)
+    for radius in MaxNLocator(nbins=5, steps=[1, 2, 5, 10]).tick_values(0, reach):
+        if 0 < radius < reach:
+            _ring(axis, radius, color="#5d6670", dashes=":", label=f"{radius:g} m", angle=45.0)
     if recommended := run.summary.hazard.recommended if run.summary.hazard else None:
         reach = max(reach, 1.04 * recommended)
         _ring(axis, recommended, color=ACCENT, dashes="-", label=f"recommended {metres(recommended)}", angle=290.0)
@@ -69,12 +72,6 @@ def _outline(axis: Axes, run: StoredRun) -> None:
     turn = np.radians(_closed(expected.azimuth))
     label = f"{'upper bound' if bounded else 'expected'} by direction"
     axis.plot(reach * np.cos(turn), reach * np.sin(turn), label=label, zorder=3, **{**LINES[1], "linewidth": 1.3})
-
-
-def _ring_radii(reach: float) -> list[float]:
-    from matplotlib.ticker import MaxNLocator
-
-    return [float(tick) for tick in MaxNLocator(nbins=5, steps=[1, 2, 5, 10]).tick_values(0, reach) if 0 < tick < reach]
 
 
 def _ring(axis: Axes, radius: float, *, color: str, dashes: str, label: str, angle: float) -> None:
@@ -108,7 +105,7 @@ def _density(run: StoredRun) -> Figure | None:
         if expected.density_low.size:
             axis.fill_between(
                 expected.radius, np.maximum(expected.density_low[number] / acceptable, _NOTHING),
-                np.maximum(expected.density_high[number] / acceptable, _NOTHING), color=style["color"], alpha=_SHADE,
+                np.maximum(expected.density_high[number] / acceptable, _NOTHING), color=COLOURS[number], alpha=_SHADE,
                 linewidth=0, hatch=_HATCHES[number], label="its mean, 5 to 95 %", zorder=1,
             )  # fmt: skip
     axis.axhline(1.0, color=ACCENT, linewidth=1.4, label=f"criterion, 1 per {1 / acceptable:.1f} m²")
@@ -172,7 +169,7 @@ def _around(axis: Axes, turn: NDArray[np.float64], each: NDArray[Any], label: st
     axis.plot(turn, _closed(median), label=f"{label}, median", **{**style, "linewidth": 1.3})
     if len(each) > 1:
         axis.fill_between(
-            turn, _closed(low), _closed(high), color=style["color"], alpha=_SHADE, linewidth=0,
+            turn, _closed(low), _closed(high), color=COLOURS[number], alpha=_SHADE, linewidth=0,
             hatch=_HATCHES[number], label=f"5 to 95 % of {len(each)}", zorder=1,
         )  # fmt: skip
 

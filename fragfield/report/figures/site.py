@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fragfield.hazard.certainty import metres
 from fragfield.hazard.site_map import COLORS, KINDS, VERDICTS, extent_of, shapes_of
 from fragfield.hazard.verdict import governing
 from fragfield.report.figures.drawing import ACCENT, GREY, INK, figure, new_figure, plain_name, round_length
+from fragfield.results.words import metres
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -162,16 +162,8 @@ def _north(axis: Axes, azimuth: float) -> None:
     tail = np.array([right, high]) - 1.3 * length - 0.5 * way
     style = {"arrowstyle": "-|>", "color": INK, "linewidth": 1.4, "shrinkA": 0, "shrinkB": 0}
     axis.annotate("", tuple(tail + way), tuple(tail), arrowprops=style, zorder=7)
-    axis.text(
-        float(tail[0] + 1.35 * way[0]),
-        float(tail[1] + 1.35 * way[1]),
-        "N",
-        ha="center",
-        va="center",
-        fontsize=9,
-        fontweight="bold",
-        zorder=7,
-    )
+    x, y = (tail + 1.35 * way).tolist()
+    axis.text(x, y, "N", ha="center", va="center", fontsize=9, fontweight="bold", zorder=7)
 
 
 @figure(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from fragfield.report.figures.drawing import ACCENT, GREY, INK, LINES, figure, new_figure, plain_name
+from fragfield.report.figures.drawing import ACCENT, COLOURS, GREY, INK, LINES, figure, new_figure, plain_name
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -50,7 +50,7 @@ def _tornado_figure(run: StoredRun) -> Figure | None:
     figure, (axis,) = new_figure(height=height)
     mean = entry.spread.mean
     for place, row in enumerate(rows):
-        for value, colour in ((row.low, _LIGHT), (row.high, LINES[0]["color"])):
+        for value, colour in ((row.low, _LIGHT), (row.high, COLOURS[0])):
             axis.barh(place, value - mean, left=mean, height=0.62, color=colour)
     axis.axvline(mean, color=INK, linewidth=0.8)
     axis.set_yticks(range(len(rows)), [plain_name(row.name) for row in rows])
@@ -73,8 +73,8 @@ def _places_figure(run: StoredRun) -> Figure | None:
     floor = min(value for _, hits in drawn for value in _values(hits) if value > 0.0) / 3.0
     for place, (_, hits) in enumerate(reversed(drawn)):
         low, median, high, nominal = (max(value, floor) for value in _values(hits))
-        axis.plot([low, high], [place, place], color=LINES[0]["color"], linewidth=5, solid_capstyle="butt", alpha=0.45)
-        axis.plot(median, place, "o", color=LINES[0]["color"], markersize=4)
+        axis.plot([low, high], [place, place], color=COLOURS[0], linewidth=5, solid_capstyle="butt", alpha=0.45)
+        axis.plot(median, place, "o", color=COLOURS[0], markersize=4)
         axis.plot(nominal, place, "x", color=ACCENT, markersize=5)
     axis.set_yticks(range(len(drawn)), [plain_name(name) for name, _ in reversed(drawn)])
     axis.set(xlabel="Expected hazardous hits", xscale="log")

@@ -4,29 +4,22 @@ from __future__ import annotations
 
 import hashlib
 import json
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from fragfield.case import changed_document, plain
+from fragfield.case import CaseTable, changed_document, plain
 from fragfield.case.load import case_from_document
 from fragfield.case.problem import burst_geometry
 from fragfield.case.schema import UncertaintyTable
 from fragfield.errors import InputError
 from fragfield.results.part import to_json
-from fragfield.studies.uncertainty.inputs import inputs_of
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import NDArray
-
-    from fragfield.case import CaseTable
-    from fragfield.studies.uncertainty.inputs import UncertainInput
-
+from fragfield.studies.uncertainty.inputs import UncertainInput, inputs_of
 
 _EDGE = 1e-12  # normal distributions have no quantile at 0 and 1
 _SEEDS = 2**32
@@ -63,12 +56,6 @@ def shared_bursts(
     return points, burst
 
 
-def seed_of(study: int, sample: int) -> int:
-    """Seed of one sample's random numbers, whichever worker makes it and when."""
-    state = np.random.SeedSequence([study, sample]).generate_state(1, np.uint64)
-    return int(state[0] >> np.uint64(1))
-
-
 @dataclass(frozen=True, eq=False)
 class Plan:
     """The samples of uncertain inputs."""
@@ -102,14 +89,16 @@ class Plan:
     @cached_property
     def draws(self) -> list[tuple[Any, ...]]:
         """Values of the inputs by sample, in their order."""
-        values = (one.distribution.values(self.points[:, i]) for i, one in enumerate(self.inputs))
+        values = (one.distribution.drawn(self.points[:, i]) for i, one in enumerate(self.inputs))
         return list(zip(*values, strict=True))
 
     def document(self, number: int) -> dict[str, Any]:
         """The resolved case of a sample, as tables."""
         document = _changed(self._document, self.inputs, self.draws[number])
         document["title"] = f"{self.case.title}: sample {number}"
-        document["seed"] = seed_of(self.seed, number)
+        # the same whichever worker makes the sample and when
+        state = np.random.SeedSequence([self.seed, number]).generate_state(1, np.uint64)
+        document["seed"] = int(state[0] >> np.uint64(1))
         return document
 
     def burst_document(self, number: int) -> dict[str, Any]:
@@ -127,17 +116,16 @@ class Plan:
         case = json.dumps(self._document, sort_keys=True)
         return {
             "case": hashlib.sha256(case.encode()).hexdigest(),
-            "inputs": [_without_source(entry) for entry in self.inputs],
+            "inputs": [
+                {key: value for key, value in to_json(entry.described()).items() if key != "source"}
+                for entry in self.inputs
+            ],
             "samples": self.samples,
             "bursts": self.bursts,
             "seed": self.seed,
             "realisations": self.realisations,
             "points": hashlib.sha256(np.ascontiguousarray(np.round(self.points, 12)).tobytes()).hexdigest(),
         }  # fmt: skip
-
-
-def _without_source(entry: UncertainInput) -> dict[str, Any]:
-    return {key: value for key, value in to_json(entry.described()).items() if key != "source"}
 
 
 def plan_samples(case: CaseTable, *, samples: int | None = None, seed: int | None = None) -> Plan:
@@ -163,7 +151,6 @@ def plan_samples(case: CaseTable, *, samples: int | None = None, seed: int | Non
 
 
 def _bare(case: CaseTable, table: UncertaintyTable) -> dict[str, Any]:
-    """Tables of the resolved case, without what a sample does not need, and with its number of realisations."""
     document = {key: value for key, value in plain(case, units=True).items() if key not in _LEFT_OUT}
     document["break_up"] = {**document["break_up"], "realisations": table.realisations}
     tolerance = max(case.hazard.tolerance, _TOLERANCE)
@@ -188,7 +175,6 @@ def _in_burst(inputs: tuple[UncertainInput, ...]) -> NDArray[np.bool_]:
 
 
 def _bursts(table: UncertaintyTable, inputs: tuple[UncertainInput, ...], samples: int) -> int:
-    """How many bursts the samples share."""
     own = int(_in_burst(inputs).sum())
     if own == 0:
         return 1
@@ -213,7 +199,7 @@ def _check_ends(case: CaseTable, document: dict[str, Any], inputs: tuple[Uncerta
     words = f"{what}: {choice.reason}"
     for entry in inputs:
         for u in _ENDS:
-            draw = entry.distribution.values([u])[0]
+            draw = entry.distribution.drawn([u])[0]
             ended = case_of(document, entry, draw)
             if found and burst_geometry(ended).geometry != "axisymmetric":
                 found = False

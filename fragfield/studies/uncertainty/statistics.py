@@ -9,19 +9,17 @@ residuals keep their sample, or their shared burst, and change signs at random.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import pairwise
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from flight.hazard.ensemble import quantiles
 from fragfield.results.uncertainty import Bar, Estimator, Share, Spread
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import NDArray
-
     from fragfield.studies.uncertainty.inputs import Distribution
 
 
@@ -108,23 +106,10 @@ def analyse(
     seed: int,
     burst: NDArray[np.int64] | None = None,
 ) -> Analysis:
-    """Shares and tornado of one result over all samples.
+    """Shares and tornado of one result over all samples; without them where the estimator has a reason.
 
-    Parameters
-    ----------
-    inputs : d names and Distributions
-    points : (n, d) float64
-        In the unit cube.
-    values : (n,) float64
-        NaN where a sample gave none.
-    seed : int
-        Of the bootstrap.
-    burst : (n,) int64, optional
-        Which shared burst a sample used.
-
-    Returns
-    -------
-    Analysis, without shares and tornado where its estimator has a reason
+    `inputs`: d names and distributions; `points` (n, d) in the unit cube; `values` (n,), NaN where a sample gave none;
+    `seed` of the bootstrap; `burst` (n,): which shared burst a sample used.
     """
     distributions = [one for _, one in inputs]
     known = np.isfinite(values)
@@ -166,14 +151,12 @@ def analyse(
 
 
 def _shares(squares: NDArray[np.float64], places: Sequence[slice]) -> NDArray[np.float64]:
-    """Shares (..., d) of squared coefficients (..., k); all 0 where nothing is left of them."""
     each = np.stack([np.maximum(squares[..., place].sum(axis=-1), 0.0) for place in places], axis=-1)
     total = each.sum(axis=-1, keepdims=True)
     return np.asarray(each / np.where(total > 0.0, total, 1.0))
 
 
 def _bar(name: str, distribution: Distribution, coefficients: NDArray[np.float64], mean: float) -> Bar:
-    """The mean result with one input at its ends, by a linear regression."""
     u = np.array(_TORNADO) if distribution.is_continuous else np.linspace(1e-9, 1.0 - 1e-9, 401)
     effect = mean + columns_of(distribution, u) @ coefficients
     low, high = effect if distribution.is_continuous else (effect.min(), effect.max())

@@ -17,12 +17,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 from rich.table import Table as Lines
 
 from fragfield.case.load import case_from_document
 from fragfield.errors import EXIT_DONE, EXIT_NUMERICAL, InputError, NotDeterminedError
-from fragfield.files.run_directory import STAGES, RunDirectory
-from fragfield.files.stamped import stamped_json
+from fragfield.files.provenance import provenance_of
+from fragfield.files.run_directory import STAGES, RunDirectory, stamped_json
 from fragfield.hazard.recommended import recommended_of
 from fragfield.hazard.site_map import write_contours
 from fragfield.hazard.to_apply import distance_to_apply
@@ -32,23 +33,14 @@ from fragfield.pipeline.chain import run_chain
 from fragfield.pipeline.job import RunOptions
 from fragfield.quantities import column_of, shown
 from fragfield.report import write_report, write_uncertainty_page
+from fragfield.results import uncertainty as parts
 from fragfield.results.hazard import Hazard, Recommended
 from fragfield.results.part import to_json
-from fragfield.results.uncertainty import (
-    Curve,
-    Design,
-    SampledQuantity,
-    SampledSite,
-    SampledSiteQuantity,
-    States,
-    StudyCost,
-    UncertaintyResult,
-)
 from fragfield.results.words import metres, parts_words
 from fragfield.studies.study import DONE, FAILED, KEPT, WAITING, Row, Study, digest_of, maker
-from fragfield.studies.tasks import Task
 from fragfield.studies.uncertainty.plan import Plan, plan_samples
 from fragfield.studies.uncertainty.statistics import analyse, spread_of, without_statistical_error
+from fragfield.studies.workers import Task
 from fragfield_base.cores import cores
 from fragfield_base.version import __version__
 from fragfield_base.writing import write_text
@@ -56,7 +48,6 @@ from fragfield_base.writing import write_text
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
-    from numpy.typing import NDArray
     from pandas import DataFrame
     from rich.console import Console
 
@@ -157,7 +148,6 @@ class Uncertainty(Study):
         )  # fmt: skip
 
     def _nominal(self) -> RunDirectory:
-        """The run with every input as the case has it: given as a directory, or made here."""
         asked = self._request
         if asked.target.is_dir():
             directory = RunDirectory(asked.target)
@@ -210,14 +200,12 @@ class Uncertainty(Study):
             write_report(nominal.path)
 
     def _renew(self) -> None:
-        """The recommended distance with the study, in the nominal run's summary.json and map files."""
         nominal, summary = self.nominal, self.nominal.results()
         assert summary.hazard is not None  # it was flown
         hazard = recommended_of(summary.hazard, summary.convergence, self.found)
         nominal.write_results(replace(summary, hazard=hazard, distance_to_apply=_to_apply(hazard, summary)))
         if nominal.file("contours.geojson").is_file():
             from flight.files.ensemble import read_ensemble
-            from fragfield.files.provenance import provenance_of
 
             case, ensemble = nominal.stored_case(), read_ensemble(nominal.file("ensemble.h5"))[0]
             exposed = summary.exposed or ()
@@ -227,9 +215,9 @@ class Uncertainty(Study):
         """The results with a checksum; the folder is where they lie."""
         return stamped_json(to_json(replace(self.found, directory=None)))
 
-    def result(self) -> UncertaintyResult:
+    def result(self) -> parts.UncertaintyResult:
         """What the samples say, with the nominal run's summary."""
-        cost = StudyCost(
+        cost = parts.StudyCost(
             samples_made_now=self._made, wall_seconds=self._seconds, workers=self.jobs or cores()
         )  # fmt: skip
         assessed = assess(self._plan, self.sample_rows, self.nominal.results())
@@ -328,10 +316,8 @@ class Uncertainty(Study):
             return f"no distance over the inputs, see {self.path}"
         low, median, high = (metres(value) for value in self.spread)
         return (
-            f"{self.found.distance_to_apply.line}\n"
-            f"  {self._recommended_words()}\n"
-            f"  expected distance over the inputs: 5 % {low}, median {median}, 95 % {high}, "
-            f"{self._plan.samples} samples"
+            f"{self.found.distance_to_apply.line}\n  {self._recommended_words()}\n  expected distance over the inputs: "
+            f"5 % {low}, median {median}, 95 % {high}, {self._plan.samples} samples"
         )
 
 
@@ -339,7 +325,6 @@ run_uncertainty = maker(Uncertainty)
 
 
 def _nothing(summary: Summary) -> dict[str, Any]:
-    """A burst that is shared is read where it lies."""
     del summary
     return {}
 
@@ -379,25 +364,25 @@ def _to_apply(hazard: Hazard, summary: Summary) -> DistanceToApply:
     return distance_to_apply(hazard, summary.official, () if summary.rules is None else summary.rules.rules)
 
 
-def assess(plan: Plan, rows: Sequence[Row], summary: Summary) -> UncertaintyResult:
+def assess(plan: Plan, rows: Sequence[Row], summary: Summary) -> parts.UncertaintyResult:
     """What the samples say, with the nominal run's summary; see `Uncertainty.found`."""
     values = [row.results for row in rows]
     distance = _column(values, "distance")
     known = int(np.isfinite(distance).sum())
     few = f"{known} samples gave a distance; at least {_FEWEST} are needed" if known < _FEWEST else None
     nominal = results_of_summary(summary)
-    found = UncertaintyResult(
+    found = parts.UncertaintyResult(
         exit_code=EXIT_DONE if known == plan.samples else EXIT_NUMERICAL,
         program_version=__version__,
         title=plan.case.title,
         inputs=tuple(entry.described() for entry in plan.inputs),
-        design=Design(
+        design=parts.Design(
             samples=plan.samples, seed=plan.seed, bursts=plan.bursts, realisations=plan.realisations,
             geometry=plan.geometry,
         ),
         states=_states(rows, known, few),
         nominal=nominal,
-        distance=None if few else SampledQuantity(**_quantity(plan, distance, _column(values, "standard_error"))),
+        distance=None if few else parts.SampledQuantity(**_quantity(plan, distance, _column(values, "standard_error"))),
         exposed=(),
         hazard=None,
     )  # fmt: skip
@@ -410,18 +395,20 @@ def assess(plan: Plan, rows: Sequence[Row], summary: Summary) -> UncertaintyResu
         hazard=Recommended(recommended=hazard.recommended, parts=hazard.parts, not_included=hazard.not_included),
         distance_to_apply=_to_apply(hazard, summary),
         exposed=tuple(
-            SampledSite(name=site["name"], **{name: _of_site(plan, values, number, name, site[name]) for name in _SITE})
+            parts.SampledSite(
+                name=site["name"], **{name: _of_site(plan, values, number, name, site[name]) for name in _SITE}
+            )
             for number, site in enumerate(nominal["exposed"])
         ),
     )
 
 
-def _states(rows: Sequence[Row], known: int, reason: str | None) -> States:
+def _states(rows: Sequence[Row], known: int, reason: str | None) -> parts.States:
     failed = [row for row in rows if row.state == FAILED]
     undetermined = [row for row in rows if row.state in (DONE, KEPT) and not row.results["determined"]]
     messages = [f"{row.name}: exit code {row.exit_code}: {row.message}" for row in failed]
     messages += [f"{row.name}: not determined: {row.message}" for row in undetermined]
-    return States(
+    return parts.States(
         done=known, failed=len(failed), not_determined=len(undetermined),
         missing=sum(row.state == WAITING for row in rows), messages=tuple(messages[:10]), reason=reason,
     )  # fmt: skip
@@ -432,7 +419,6 @@ def _column(values: Sequence[Mapping[str, Any]], name: str) -> NDArray[np.float6
 
 
 def _quantity(plan: Plan, values: NDArray[np.float64], errors: NDArray[np.float64]) -> dict[str, Any]:
-    """Spread, curve, shares and tornado of one result."""
     known = np.isfinite(values)
     used = errors[known] if np.isfinite(errors[known]).all() else None
     rng = np.random.default_rng(np.random.SeedSequence([plan.seed, 3]))
@@ -440,16 +426,17 @@ def _quantity(plan: Plan, values: NDArray[np.float64], errors: NDArray[np.float6
     inputs = [(entry.name, entry.distribution) for entry in plan.inputs]
     analysis = analyse(inputs, plan.points, values, seed=plan.seed, burst=plan.burst)
     own, _ = without_statistical_error(values[known], spread.statistical_error**2)
-    curve = Curve(level=_LEVELS, value=tuple(np.quantile(own, _LEVELS).tolist()))
+    curve = parts.Curve(level=_LEVELS, value=tuple(np.quantile(own, _LEVELS).tolist()))
     return {"spread": spread, "curve": curve, **analysis._asdict()}
 
 
 def _of_site(
     plan: Plan, values: Sequence[Mapping[str, Any]], number: int, name: str, nominal: float | None
-) -> SampledSiteQuantity | None:
-    """One number of an exposed site, of the samples that have it."""
+) -> parts.SampledSiteQuantity | None:
     sites = [one["exposed"][number] if one.get("exposed") else {} for one in values]
     found = _column(sites, name)
     if np.isfinite(found).sum() < _FEWEST:
         return None
-    return SampledSiteQuantity(nominal=nominal, **_quantity(plan, found, _column(sites, f"{name}_standard_error")))
+    return parts.SampledSiteQuantity(
+        nominal=nominal, **_quantity(plan, found, _column(sites, f"{name}_standard_error"))
+    )

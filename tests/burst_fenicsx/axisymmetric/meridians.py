@@ -151,7 +151,9 @@ def line_forces(solver: BurstSolver, law: Law, velocity: np.ndarray | None = Non
     velocity = fields.nodes.velocity if velocity is None else velocity
     rows.position[:], rows.velocity[:] = fields.nodes.position[rows.local], velocity[rows.local]
     rows.load[:], rows.sums[:] = rows.sums[:, 3], 0.0
-    add_line_forces(solver.contact.interface.in_substeps(law, 0, 0.0), fields.charge, fields.solid.eroded)
+    add_line_forces(
+        solver.contact.interface.in_substeps(law, 0, 0.0), fields.charge, fields.solid.eroded, fields.grid.rounding
+    )
     force = np.zeros_like(fields.nodes.force)
     force[rows.local] = rows.sums[:, :3]
     return force
