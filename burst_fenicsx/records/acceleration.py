@@ -70,7 +70,9 @@ class Acceleration:
         count = len(energies)
         rows, asymptote, excess = np.array(self.rows), np.full(count, np.nan), np.full(count, np.inf)
         among = np.flatnonzero(initiated)
-        groups, group = connected_components(self.touched[np.ix_(among, among)], directed=False)
+        groups, group = len(among), np.zeros(len(among), dtype=np.int32)
+        if groups > 1:
+            groups, group = connected_components(self.touched[np.ix_(among, among)], directed=False)
         for members in (among[group == index] for index in range(groups)):
             energy, weight = rows[:, 1 + members], self._weights[members] / self._weights[members].sum()
             radius = rows[:, 1 + count + members]

@@ -29,6 +29,7 @@ from fragfield.case import CaseTable
 from fragfield.case.conversion.rounds import burst_rounds
 from fragfield.case.load import case_from_document
 from fragfield.errors import EXIT_DONE, EXIT_FAULT, EXIT_INTERRUPTED, InputError, exit_code_of, message_of
+from fragfield.files.provenance import revision
 from fragfield.files.run_directory import RunDirectory
 from fragfield.hazard.recommended import hazard_of, recommended_of
 from fragfield.pipeline.beside import burst_beside
@@ -43,6 +44,7 @@ from fragfield.terminal.logs import to_stderr
 from fragfield_base.ambient import settle_child
 from fragfield_base.cores import cores
 from fragfield_base.interruption import end_requested
+from fragfield_base.version import __version__
 from fragfield_base.writing import locked
 from transition import Snapshot
 
@@ -348,7 +350,8 @@ def _end_with(held: Connection) -> None:
 class Cluster:
     """The workers of a dask cluster, one run at a time in each; where one is lost, its run begins again elsewhere.
 
-    Raises InputError: dask.distributed is not installed, no scheduler answers, or it has no workers.
+    Raises InputError: dask.distributed is not installed, no scheduler answers, it has no workers, or one has another
+    version of the program.
     """
 
     def __init__(self, scheduler: str, jobs: int | None, most: int) -> None:
@@ -369,13 +372,22 @@ class Cluster:
         if not workers:
             self._client.close()
             raise InputError(f"--scheduler: found {scheduler!r}: it has no workers; start `dask worker {scheduler}`")
+        own = build_here()
+        for address, found in self._client.run(build_here, on_error="return").items():
+            if found != own:
+                self._client.close()
+                raise InputError(
+                    f"--scheduler: found the worker {address} with {found}; allowed: {own}, as here: the rows of a "
+                    "study are of one program"
+                )
         self.size = min(jobs or workers, most)
+        self._build = own
         self._executor: Any = self._client.get_executor(pure=False)
         self._study = uuid.uuid4().hex
 
     def submit(self, task: Task) -> Future[Outcome]:
         """Begin a run on whichever worker is free."""
-        future: Future[Outcome] = self._executor.submit(perform_in_turn, task, self._study)
+        future: Future[Outcome] = self._executor.submit(perform_in_turn, task, self._study, self._build)
         return future
 
     def restart(self) -> None:
@@ -392,8 +404,15 @@ class Cluster:
         self._client.close()
 
 
-def perform_in_turn(task: Task, study: str) -> Outcome:
+def build_here() -> str:
+    """In every dask worker, and where the study is made: the version of the program."""
+    return " ".join(["fragfield", __version__, *filter(None, [revision()])])
+
+
+def perform_in_turn(task: Task, study: str, build: str) -> Outcome:
     """In a dask worker: make one run, after those that other threads of the process have begun."""
+    if build != (own := build_here()):  # of a worker that came later
+        return Outcome.of(InputError(f"the worker has {own}; allowed: {build}, as the study has"))
     with _one_run:
         if study in _ended:
             return Outcome.of(KeyboardInterrupt())

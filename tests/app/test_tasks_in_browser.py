@@ -123,9 +123,9 @@ def test_four_shells_at_a_workshop_on_terrain(application):
     page.wait_for_url("**/site?**")
     for name in ("person", "barricade"):
         page.locator(f"[data-add={name}]").click()
-    drag(page, "barricade", 0, -30)  # its bank now lies over the rounds, which is said above the map
+    drag(page, "barricade", 0, -50)  # its bank now lies over the rounds, which is said above the map
     wait_for(page, "4 rounds start inside it", at=".faults")
-    drag(page, "barricade", -10, 45)
+    drag(page, "barricade", -10, 65)
     page.wait_for_selector(".faults .fault", state="detached")
     drag(page, "person", 25, 0)
     box = page.get_by_role("combobox", name="map of heights").last

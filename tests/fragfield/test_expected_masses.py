@@ -12,6 +12,7 @@ from fragfield.case.checks.expected_masses import likely_cause
 from fragfield.case.conversion.rounds import masses_of
 from fragfield.case.load import case_from_document, read_document
 from fragfield.errors import InputError
+from fragfield.studies.uncertainty.plan import plan_samples
 from tests.fragfield.short_run import ROOT
 
 M107 = {"casing": 34.53, "charge": 6.863}  # kg, of the drawing
@@ -101,6 +102,12 @@ def test_no_mass_is_refused_and_rounds_alike_are_reported_once():
     with pytest.raises(InputError) as found:
         case_from_document(pair, source="case.toml", folder=ROOT)
     assert str(found.value).count("expected.casing") == 1
+
+
+def test_a_study_of_uncertainty_varies_densities_and_expects_no_mass():
+    entry = {"name": "a", "profile": "m107", "explosive": "tnt", "casing": "steel_m107", "expected": _masses()}
+    case = case_from_document({"burst": {"cell_size": "8 mm"}, "round": [entry]}, source="case.toml", folder=ROOT)
+    assert "expected" not in plan_samples(case).document(0)["round"][0]
 
 
 @pytest.mark.parametrize(

@@ -343,6 +343,14 @@ def test_every_equivalent_names_its_source_which_the_words_repeat():
     assert words.startswith("net explosive quantity 7.2 kg, TNT equivalent for peak pressure 7.99 kg; 1.11 for comp_b")
 
 
+def test_explosives_without_an_equivalent_are_few_and_taken_as_the_strongest():
+    from burst_fenicsx.materials.library import explosive_names
+
+    lacking = [name for name in explosive_names() if "not known" in tnt_equivalent(name)[1]]
+    assert lacking == ["amatol", "explosive_d", "hns", "lx_14", "nitromethane", "pbx_9407"]
+    assert {tnt_equivalent(name)[0] for name in lacking} == {1.42}
+
+
 def test_blast_distances_do_not_depend_on_how_the_name_is_written(tmp_path):
     from fragfield.case import load_case
 

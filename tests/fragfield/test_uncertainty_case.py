@@ -8,7 +8,7 @@ import pytest
 
 from burst_fenicsx.geometry import load_profile, profile_names
 from burst_fenicsx.materials.library import casing_names
-from fragfield.case import load_case, read_resolved, to_toml
+from fragfield.case import differences, load_case, read_resolved, to_toml
 from fragfield.case.load import case_from_document, read_document
 from fragfield.errors import InputError
 from fragfield.studies.uncertainty.inputs import inputs_of
@@ -35,6 +35,10 @@ def test_a_resolved_case_keeps_the_table(tmp_path):
     path.write_text(to_toml(case))
     assert read_resolved(path).uncertainty == case.uncertainty
     assert case.uncertainty.input[0].high == 2.1
+
+
+def test_no_run_depends_on_the_table():
+    assert differences(load_case(TUBE), _case(RADIUS)) == []
 
 
 # --- the default set ----------------------------------------------------------------------------------------------

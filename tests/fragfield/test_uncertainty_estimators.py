@@ -21,6 +21,21 @@ def _uniform(number):
 # --- distributions ------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.parametrize(
+    ("kind", "values", "reference"),
+    [
+        ("uniform", {"low": 1.59, "high": 2.1}, stats.uniform(1.59, 0.51)),
+        ("normal", {"mean": 1.0, "standard_deviation": 0.05}, stats.norm(1.0, 0.05)),
+        ("normal", {"mean": 1.0, "standard_deviation": 0.05, "low": 0.95, "high": 1.15},
+         stats.truncnorm(-1.0, 3.0, 1.0, 0.05)),
+        ("triangular", {"low": 0.91, "mode": 1.0, "high": 1.21}, stats.triang(0.3, 0.91, 0.3)),
+    ],
+)  # fmt: skip
+def test_quantiles_are_those_of_the_distribution(kind, values, reference):
+    u = np.array([1e-6, 0.01, 0.3, 0.5, 0.77, 0.99, 1.0 - 1e-6])
+    np.testing.assert_allclose(Distribution(kind, **values).quantile(u), reference.ppf(u), rtol=1e-9)
+
+
 def test_a_lognormal_factor_holds_68_percent_either_way():
     distribution = Distribution("lognormal", median=1.0, factor=1.6)
     np.testing.assert_allclose(distribution.quantile(stats.norm.cdf([-1.0, 1.0])), [1.0 / 1.6, 1.6], rtol=1e-12)

@@ -191,10 +191,10 @@ def cluster(monkeypatch):
         yield found
 
 
-def _noting(folder, waits_for=""):
-    """A run that leaves its name and process, and answers; from the third on once a file is there."""
+def _noting(folder, waits_for="", slow=None):
+    """A run that leaves its name and process, and answers; the slow one, or from the third on, once a file is there."""
 
-    def perform_in_turn(one, _study):
+    def perform_in_turn(one, _study, _build):
         import os
         import time
         from pathlib import Path
@@ -203,7 +203,8 @@ def _noting(folder, waits_for=""):
 
         (Path(folder) / f"{one.name}-{os.getpid()}-{time.monotonic_ns()}").touch()
         until = time.monotonic() + 60.0
-        while waits_for and int(one.name) > 2 and not Path(waits_for).exists() and time.monotonic() < until:
+        waits = int(one.name) > 2 if slow is None else int(one.name) == slow
+        while waits_for and waits and not Path(waits_for).exists() and time.monotonic() < until:
             time.sleep(0.02)
         return Outcome(0, f"answer {one.name}", {})
 
@@ -240,6 +241,35 @@ def test_a_worker_of_a_cluster_that_is_killed_loses_nothing(cluster, tmp_path, m
     assert len(begun) == 13
 
 
+def test_a_slow_worker_holds_one_run_and_no_other(cluster, tmp_path, monkeypatch):
+    """Its run ends only after all others have."""
+    waiting, folder = tmp_path / "others_are_done", tmp_path / "begun"
+    folder.mkdir()
+    monkeypatch.setattr(workers, "perform_in_turn", _noting(str(folder), str(waiting), slow=3))
+    found = {}
+
+    def ended(one, outcome):
+        found[one.name] = outcome.message
+        if len(found) == 11:
+            assert "3" not in found
+            waiting.touch()
+
+    make_all(Cluster(cluster.scheduler_address, None, 100), map(task, range(12)), ended)
+    assert found == {str(number): f"answer {number}" for number in range(12)}
+
+
+def test_a_worker_of_another_version_is_refused(cluster, monkeypatch):
+    with monkeypatch.context() as patch:
+        patch.setattr(workers, "__version__", "9.9.9")
+        with pytest.raises(
+            InputError, match=r"found the worker tcp://\S+ with fragfield \d\S+.*; allowed: fragfield 9\.9\.9"
+        ):
+            Cluster(cluster.scheduler_address, None, 4)
+    late = workers.perform_in_turn(task(1), "a study", "fragfield 9.9.9")
+    assert (late.code, late.results) == (2, None)
+    assert "allowed: fragfield 9.9.9, as the study has" in late.message
+
+
 def test_an_interruption_reaches_the_cluster(cluster, monkeypatch, tmp_path):
     monkeypatch.setattr(workers, "perform_in_turn", _noting(str(tmp_path)))
 
@@ -272,12 +302,13 @@ def test_a_scheduler_without_workers():
 
 def test_an_interrupted_study_ends_its_runs_and_the_next_one_begins(monkeypatch):
     monkeypatch.setattr(workers, "perform", lambda _task: Outcome(0, str(workers.end_requested.is_set())))
-    assert workers.perform_in_turn(task(1), "first").message == "False"
+    build = workers.build_here()
+    assert workers.perform_in_turn(task(1), "first", build).message == "False"
     workers.end_here("first")
     with Interruption() as interruption:
         assert interruption.asked()
-    assert workers.perform_in_turn(task(1), "first").code == 130
-    assert workers.perform_in_turn(task(1), "second").message == "False"
+    assert workers.perform_in_turn(task(1), "first", build).code == 130
+    assert workers.perform_in_turn(task(1), "second", build).message == "False"
 
 
 @pytest.mark.slow

@@ -9,9 +9,11 @@ from __future__ import annotations
 import ast
 import inspect
 import math
-import textwrap
+import sys
 from dataclasses import is_dataclass
 from functools import cache
+from itertools import pairwise
+from pathlib import Path
 from typing import Any, ClassVar
 
 from pydantic import BaseModel, ConfigDict, Discriminator
@@ -27,7 +29,6 @@ class Table(BaseModel):
         extra="forbid",
         strict=True,
         frozen=True,
-        use_attribute_docstrings=True,
         validate_default=False,
         defer_build=True,
     )
@@ -40,19 +41,19 @@ class Table(BaseModel):
 
     @classmethod
     def __pydantic_init_subclass__(cls, **_: Any) -> None:
-        """Take the meanings of inherited keys from the stage's dataclass."""
+        """Take the meanings of the keys from the texts below them, of inherited ones below those of the stage."""
+        # pydantic's own use_attribute_docstrings reads the source once for every class: half a second of every start
         stages = [base for base in cls.__mro__ if is_dataclass(base) and not issubclass(base, BaseModel)]
+        fields = cls.__pydantic_fields__
+        for home in (cls, *stages):
+            for name, meaning in _meanings(home).items():
+                if name in fields and fields[name].description is None:
+                    fields[name].description = meaning
         if not stages:
             return
         cls.stage = stages[0]
-        fields = cls.__pydantic_fields__
-        for stage in stages:
-            for name, meaning in _meanings(stage).items():
-                if name in fields and fields[name].description is None:
-                    fields[name].description = meaning
         ordered = dict.fromkeys([*cls.ORDER, *fields])
         cls.__pydantic_fields__ = {name: fields[name] for name in ordered if name not in cls.NO_KEYS}
-        cls.model_rebuild(force=True)
 
     def made(self, **more: Any) -> Any:  # noqa: ANN401 - each table has a stage of its own
         """The stage's own object with the values of the keys, and `more`.
@@ -84,19 +85,25 @@ def _made(value: object) -> object:
     return tuple(_made(entry) for entry in value) if isinstance(value, (list, tuple)) else value
 
 
-@cache
-def _meanings(stage: type) -> dict[str, str]:
-    (body,) = ast.parse(textwrap.dedent(inspect.getsource(stage))).body
-    assert isinstance(body, ast.ClassDef)
+def _meanings(home: type) -> dict[str, str]:
+    body = _classes(home.__module__).get(home.__name__, [])
     return {
         field.target.id: inspect.cleandoc(text.value.value)
-        for field, text in zip(body.body, body.body[1:], strict=False)
+        for field, text in pairwise(body)
         if isinstance(field, ast.AnnAssign)
         and isinstance(field.target, ast.Name)
         and isinstance(text, ast.Expr)
         and isinstance(text.value, ast.Constant)
         and isinstance(text.value.value, str)
     }
+
+
+@cache
+def _classes(module: str) -> dict[str, list[ast.stmt]]:
+    """The bodies of a module's classes by name."""
+    file = getattr(sys.modules[module], "__file__", None)
+    body = ast.parse(Path(file).read_text(encoding="utf-8")).body if file else []
+    return {one.name: one.body for one in body if isinstance(one, ast.ClassDef)}
 
 
 def name_or_table(value: object) -> str:
