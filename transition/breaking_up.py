@@ -134,19 +134,21 @@ class BreakUp:
         with ThreadPoolExecutor(threads or cores()) as pool:
             return list(pool.map(lambda number: self.fragments(seed, number), numbers))
 
-    def intensity(self, *, sample: bool = False) -> Intensity | None:
+    def intensity(self, *, sample: bool = False, directions: bool = False) -> Intensity | None:
         """Expected fragments by mass, place and velocity, of which realisations are samples; None of hexahedra.
 
+        `sample`: for a sample of a study; `directions`: as numbers in single directions need it, not over all azimuths.
         What the sampler's closing on the mass makes of a segment of a few pieces is not in it, nor is the tilt.
         """
-        from transition.intensity import CURVES, POINTS, SAMPLE_CURVES, SAMPLE_POINTS, Intensity
+        from transition.intensity import CURVES, END_CURVES, POINTS, SAMPLE_CURVES, SAMPLE_POINTS, Intensity
 
         if not isinstance(self._casing, RingCasing):
             return None
         curves, points = (SAMPLE_CURVES, SAMPLE_POINTS) if sample else (CURVES, POINTS)
         lightest = POINTS_PER_FRAGMENT * sum(law.mass for law in self.laws) / points
         sources = self._casing.sources(self.segments, [lightest] * len(self.segments))
-        runs = self._runs(range(curves), sources, keep=sample)
+        numbers = [range(END_CURVES if directions and one.is_end else curves) for one in self.segments]
+        runs = self._runs(numbers, sources, keep=sample)
         base, axis = self._base(self.rounds[0]), self._axis()
         x, y, z = (float(value) for value in axis)
         place = (float(base[0]), float(base[1]), float(base[2]))
@@ -168,19 +170,23 @@ class BreakUp:
         from transition.weighted import Casings
 
         self._check_number()
-        runs = self._runs([number], self._sources)
+        runs = self._runs([[number]] * len(self.segments), self._sources)
         names, first = tuple(broken.name for broken in self.rounds), self.rounds[0]
         axis = self._axis() if self._turned else None
         return Casings(runs, self._images, axis, self._base(first), self._foot, names, self.settings)
 
-    def _runs(self, curves: Iterable[int], sources: Sequence[PointSource], *, keep: bool = False) -> tuple[Runs, ...]:
-        """Runs of each segment along the curves of these numbers over points of its source; no seed is in them."""
+    def _runs(
+        self, curves: Sequence[Iterable[int]], sources: Sequence[PointSource], *, keep: bool = False
+    ) -> tuple[Runs, ...]:
+        """Runs of each segment along the curves of its numbers over points of its source; no seed is in them."""
         from transition.weighted import Runs
 
         runs = []
-        for segment, law, source, sheet in zip(self.segments, self.laws, sources, self._sheets, strict=True):
+        for segment, law, source, sheet, numbers in zip(
+            self.segments, self.laws, sources, self._sheets, curves, strict=True
+        ):
             made = []
-            for number in curves:
+            for number in numbers:
                 draws = Draws(_WEIGHTED, number, (segment.round, segment.index))
                 points = source.draw(draws.generator("points"))
                 order = sheet.kept_order if keep else sheet.order

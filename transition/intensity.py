@@ -24,6 +24,8 @@ if TYPE_CHECKING:
 
 CURVES, POINTS = 2, 2**16
 """Curves, and points of the casing along each of them: of about equal mass, or eight a ring where that is more."""
+END_CURVES = 32
+"""Curves over an end of the casing, for single directions: before the nose and behind the base fly a few fragments."""
 SAMPLE_CURVES, SAMPLE_POINTS = 1, 2**13
 """The same of a sample of a study."""
 

@@ -140,11 +140,29 @@ class Runs:
         shortest = self.end[-1] / (len(self.end) - 1)
         length = np.minimum(np.maximum(mass, shortest) if self.averaged else shortest, total)
         curve, along = np.divmod(places * self.curves, 1.0)
-        begin = np.clip(along * total - 0.5 * length, 0.0, total - length) + curve * total
-        low, high = (
-            np.column_stack([np.interp(at, self.end, one) for one in self.sums.T]) for at in (begin, begin + length)
-        )
-        return mass, per_mass, (high - low) / np.broadcast_to(length, mass.shape)[:, None]
+        begin = curve * total + self._begins(along, total, total - length)
+        states = self._sums_to(begin + length) - self._sums_to(begin)
+        return mass, per_mass, states / np.broadcast_to(length, mass.shape)[:, None]
+
+    def _begins(self, along: Array, total: float, last: Array) -> Array:
+        """Where runs begin along a curve of the mass `total` (kg), up to `last`, at fractions `along` of them.
+
+        Drawn fragments follow each other in random order from an end of the curve, a process of renewal: about either
+        end there are m2 / (2 m1^2) of them more than evenly spread ones, at m3 / (3 m2) - m2 / (2 m1) from it on
+        average, with the moments m1, m2, m3 of a fragment's mass (D. R. Cox, Renewal Theory, 1962, section 4.2).
+        """
+        one, two, three = (self.law.law.moment(order) for order in (1.0, 2.0, 3.0))
+        more, away = min(0.5 * two / (one * total), 0.5), three / (3.0 * two) - 0.5 * two / one
+        with np.errstate(divide="ignore"):
+            before, behind = (-away * np.log1p(-np.minimum(side / more, 1.0)) for side in (along, 1.0 - along))
+        evenly = (along - more) / max(1.0 - 2.0 * more, 1e-12) * last
+        begin = np.where(along < more, before, np.where(along > 1.0 - more, last - behind, evenly))
+        return np.asarray(np.clip(begin, 0.0, last))
+
+    def _sums_to(self, at: Array) -> Array:
+        after = np.clip(np.searchsorted(self.end, at, side="right"), 1, len(self.end) - 1)
+        share = (at - self.end[after - 1]) / (self.end[after] - self.end[after - 1])
+        return np.asarray(self.sums[after - 1] + share[:, None] * (self.sums[after] - self.sums[after - 1]))
 
 
 @dataclass(frozen=True, eq=False)

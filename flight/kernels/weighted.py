@@ -120,23 +120,28 @@ def _weights(
 
 @inner_kernel()
 def _count_step(
-    before: Array, after: Array, h: float, until: float, mass: float, near: FluenceCells, lengths: NDArray[np.int64],
-    leg: int,
+    before: Array, after: Array, h: float, until: float, cubic: Array, mass: float, near: FluenceCells,
+    lengths: NDArray[np.int64], leg: int,
 ) -> None:  # fmt: skip
     """Add the part of a step up to `until` (0 to 1) that lies below the height and is fast enough, piece by piece."""
     if min(before[1], after[1]) > near.height:
         return
     limit = 2.0 * near.energy / mass
-    piece = max(PIECE * min(before[0], after[0]), near.shortest)
-    number = 1 + int(until * h / piece)
-    x0, z0, fast0 = before[0], before[1], before[2] ** 2 + before[3] ** 2
-    # drag slows by the same fraction on equal lengths
-    slowing = math.log((after[2] ** 2 + after[3] ** 2) / fast0) * until / number
-    slower = math.exp(slowing)
+    first, last = before[2] * before[2] + before[3] * before[3], after[2] * after[2] + after[3] * after[3]
+    begin = 0.0
+    if first < limit and last < limit:
+        return
+    if first < limit or last < limit:  # drag slows by the same fraction on equal lengths
+        slow = math.log(limit / first) / math.log(last / first)
+        if first < limit:
+            begin = min(slow, until)
+        else:
+            until = min(slow, until)
+    number = 1 + int((until - begin) * h / max(PIECE * min(before[0], after[0]), near.shortest))
+    x0, z0 = _at(before, cubic, begin, 0), _at(before, cubic, begin, 1)
     for k in range(number):
-        theta = until * (k + 1) / number
-        x1, z1 = _between(before, after, h, theta, 0), _between(before, after, h, theta, 1)
-        fast1 = slower * fast0
+        theta = begin + (until - begin) * (k + 1) / number
+        x1, z1 = _at(before, cubic, theta, 0), _at(before, cubic, theta, 1)
         low, high = 0.0, 1.0
         rise = z1 - z0
         if z0 > near.height and z1 > near.height:
@@ -145,44 +150,31 @@ def _count_step(
             low = (near.height - z0) / rise
         elif z1 > near.height:
             high = (near.height - z0) / rise
-        if fast0 < limit and fast1 < limit:
-            high = 0.0
-        elif fast0 < limit:
-            low = max(low, math.log(limit / fast0) / slowing)
-        elif fast1 < limit:
-            high = min(high, math.log(limit / fast0) / slowing)
         if high > low:
-            length = (high - low) * math.hypot(x1 - x0, rise)
+            length = (high - low) * math.sqrt((x1 - x0) * (x1 - x0) + rise * rise)
             add_length(lengths, leg, 0, near, x0 + low * (x1 - x0), x0 + high * (x1 - x0), length * PER_METRE)
-        x0, z0, fast0 = x1, z1, fast1
+        x0, z0 = x1, z1
 
 
 @inner_kernel()
-def _between(before: Array, after: Array, h: float, theta: float, axis: int) -> float:
-    """Position on a step of length h, by Hermite's cubic in the length; `axis` 0 is the distance, 1 the height."""
-    first = h * before[2 + axis] / math.hypot(before[2], before[3])
-    last = h * after[2 + axis] / math.hypot(after[2], after[3])
-    difference = after[axis] - before[axis]
-    return before[axis] + theta * (
-        first + theta * (3.0 * difference - 2.0 * first - last + theta * (first + last - 2.0 * difference))
-    )
+def _at(before: Array, cubic: Array, theta: float, axis: int) -> float:
+    """Position on a step; `axis` 0 is the distance, 1 the height."""
+    return before[axis] + theta * (cubic[axis, 0] + theta * (cubic[axis, 1] + theta * cubic[axis, 2]))
 
 
 @inner_kernel()
-def _landing(before: Array, after: Array, h: float) -> float:
-    """Where on a step (0 to 1) the height falls to zero: Newton's steps from its end, within a bracket."""
-    first, last = h * before[3] / math.hypot(before[2], before[3]), h * after[3] / math.hypot(after[2], after[3])
-    difference = after[1] - before[1]
-    c, d = 3.0 * difference - 2.0 * first - last, first + last - 2.0 * difference
+def _landing(height: float, cubic: Array) -> float:
+    """Where on a step (0 to 1) from a height this falls to zero: Newton's steps from its end, within a bracket."""
     low, high, theta = 0.0, 1.0, 1.0
+    first, c, d = cubic[1, 0], cubic[1, 1], cubic[1, 2]
     for _ in range(60):
-        height = before[1] + theta * (first + theta * (c + theta * d))
-        if height > 0.0:
+        here = height + theta * (first + theta * (c + theta * d))
+        if here > 0.0:
             low = theta
         else:
             high = theta
         slope = first + theta * (2.0 * c + theta * 3.0 * d)
-        following = theta - height / slope if slope < 0.0 else low
+        following = theta - here / slope if slope < 0.0 else low
         if not low < following < high:
             following = 0.5 * (low + high)
         if abs(following - theta) < 1e-12:
@@ -202,27 +194,38 @@ def _cell(x: float, near: FluenceCells) -> int:
 
 
 @inner_kernel()
-def _step(before: Array, after: Array, area: float, ground: float, around: Surroundings) -> float:
-    """One step of distance, height and velocity (4,); returns its length (m)."""
-    speed = math.hypot(before[2], before[3])
+def _step(before: Array, after: Array, cubic: Array, area: float, ground: float, around: Surroundings) -> float:
+    """One step of distance, height and velocity (4,), and Hermite's cubics (2, 3) of the first two over it.
+
+    Returns its length (m).
+    """
+    speed = math.sqrt(before[2] * before[2] + before[3] * before[3])
     drag = _drag_over_mass(before[1] + ground, speed, area, around)
     h = 1e9
     if drag > 0.0:
         h = BY_DRAG / drag
     if around.gravity > 0.0:
         h = min(h, BY_GRAVITY * speed * speed / around.gravity + 1e-3)
-    z, u, w = before[1], before[2], before[3]
+    z, u, w, inverse = before[1], before[2], before[3], 1.0 / speed
+    cubic[0, 0], cubic[1, 0] = h * u * inverse, h * w * inverse
     dx = dz = du = dw = 0.0
     for stage in range(4):
         if stage > 0:
             drag = _drag_over_mass(z + ground, speed, area, around)
-        a, b, c, d = u / speed, w / speed, -drag * u, -drag * w - around.gravity / speed
+        a, b, c, d = u * inverse, w * inverse, -drag * u, -drag * w - around.gravity * inverse
         weight = h / 6.0 if stage in (0, 3) else h / 3.0
         dx, dz, du, dw = dx + weight * a, dz + weight * b, du + weight * c, dw + weight * d
         reach = h if stage == 2 else 0.5 * h
-        z, u, w = before[1] + reach * b, before[2] + reach * c, before[3] + reach * d
-        speed = math.hypot(u, w)
-    after[0], after[1], after[2], after[3] = before[0] + dx, before[1] + dz, before[2] + du, before[3] + dw
+        if stage == 3:
+            u, w = before[2] + du, before[3] + dw
+        else:
+            z, u, w = before[1] + reach * b, before[2] + reach * c, before[3] + reach * d
+        speed = math.sqrt(u * u + w * w)
+        inverse = 1.0 / speed
+    after[0], after[1], after[2], after[3] = before[0] + dx, before[1] + dz, u, w
+    for axis in range(2):
+        first, last, change = cubic[axis, 0], h * after[2 + axis] * inverse, after[axis] - before[axis]
+        cubic[axis, 1], cubic[axis, 2] = 3.0 * change - 2.0 * first - last, first + last - 2.0 * change
     return h
 
 
@@ -244,7 +247,7 @@ def fly_weighted(
     lengths = np.zeros((2, 1, cells), np.int64)
     profile = np.zeros((QUANTITIES, cells))
     weights, shifts, where = np.zeros(directions), np.zeros(directions), np.zeros(directions, np.int64)
-    before, after = np.zeros(4), np.zeros(4)
+    before, after, cubic = np.zeros(4), np.zeros(4), np.zeros((2, 3))
     lost = 0.0
     for row in range(launches.shape[0]):
         launch = launches[row]
@@ -263,15 +266,15 @@ def fly_weighted(
                     ended = True
                     break
             steps += 1
-            h = _step(before, after, area, ground, around)
+            h = _step(before, after, cubic, area, ground, around)
             until = 1.0
             landed = after[1] <= 0.0
             if landed:
-                until = _landing(before, after, h)
+                until = _landing(before[1], cubic)
             if near.height > 0.0:
-                _count_step(before, after, h, until, mass, near, lengths, min(impacts, 1))
+                _count_step(before, after, h, until, cubic, mass, near, lengths, min(impacts, 1))
             if landed:
-                x = _between(before, after, h, until, 0)
+                x = _at(before, cubic, until, 0)
                 one, other = math.hypot(before[2], before[3]), math.hypot(after[2], after[3])
                 speed = one * (other / one) ** until
                 slope = (1.0 - until) * before[3] / one + until * after[3] / other

@@ -64,6 +64,7 @@ class Realisations:
 
         Methods are "integral", "weighted_fragments" and "realisations".
         """
+        from fragfield.case.problem import hazard_directions
         from fragfield.pipeline.integral import Integrand, why_not_integrated
         from fragfield.pipeline.weighted import WeightedFlights, why_not_weighted
 
@@ -83,7 +84,8 @@ class Realisations:
         assert self._prepared is not None
         if method == "weighted_fragments":
             return WeightedFlights(job.case, self._prepared, job.cores).solve(job.attitude), method, reason
-        intensity = self._prepared.intensity(sample=job.sample)
+        directions = hazard_directions(job.case)[0] != "all_azimuths"
+        intensity = self._prepared.intensity(sample=job.sample, directions=directions and not job.sample)
         solved = (
             None if intensity is None else Integrand(job.case, intensity, job.cores, job.sample).solve(job.attitude)
         )

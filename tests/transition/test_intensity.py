@@ -10,6 +10,7 @@ import pytest
 
 from tests.transition.meridian import Meridian
 from transition import BreakUp, BreakUpSettings
+from transition.intensity import CURVES, END_CURVES
 
 POINTS, REALISATIONS = 2**15, 60
 
@@ -57,6 +58,31 @@ def test_it_is_the_mean_of_the_realisations(snapshot, settings):
     scale = np.abs(drawn.mean(axis=0))
     scale[3] = (rings.number / POINTS * rings.mass * np.abs(rings.axial)).sum()
     assert (np.abs(found - drawn.mean(axis=0)) < 4.0 * error + 0.01 * scale).all(), (found, drawn.mean(axis=0), error)
+
+
+def test_before_nose_and_behind_base_it_is_the_mean_of_the_realisations(tmp_path):
+    """Numbers in zones about the axis, by the curves that single directions have there, within 4 standard errors."""
+    solid = Meridian(inner=0.0, velocity=lambda r, z: np.column_stack([2e4 * r, 6e3 * (z - 0.15)]))
+    snapshot = solid.write(tmp_path / "burst_snapshot.h5")
+    broken = BreakUp(snapshot, BreakUpSettings(mean_mass=0.1, direction_scatter=0.0))
+    intensity = broken.intensity(directions=True)
+    assert [one.curves for one in intensity.segments] == [
+        END_CURVES if one.segment.is_end else CURVES for one in intensity.segments
+    ]
+    rings, axis = intensity.at(points()), np.array(broken.rounds[0].axis)
+
+    def by_zone(cosine, mass, weight):
+        edges = np.radians([0.0, 15.0, 30.0, 60.0, 120.0, 150.0, 165.0, 180.0])
+        return np.histogram(np.arccos(np.clip(cosine, -1.0, 1.0)), edges, weights=weight * (mass > 0.01))[0]
+
+    found = by_zone(rings.axial / np.hypot(rings.radial, rings.axial), rings.mass, rings.number / POINTS)
+    drawn = np.array(
+        [by_zone(one.velocity @ axis / one.speed, one.mass, np.ones(len(one)))
+         for one in broken.many(3, range(REALISATIONS))]
+    )  # fmt: skip
+    error = drawn.std(axis=0, ddof=1) / math.sqrt(REALISATIONS)
+    mean = drawn.mean(axis=0)
+    assert (np.abs(found - mean) < 4.0 * error + 0.02 * mean).all(), (found, mean, error)
 
 
 def test_it_closes_on_the_mass(snapshot):

@@ -10,7 +10,11 @@ import pytest
 
 from tests.transition.meridian import Meridian
 from transition import BreakUp, BreakUpSettings
-from transition.weighted import aimed, unit_points
+from transition.draws import Draws
+from transition.law.mott import MottLaw
+from transition.law.samplers import Quantile
+from transition.law.segment_law import SegmentLaw
+from transition.weighted import Runs, aimed, unit_points
 
 POINTS, SETS, REALISATIONS = 2**12, 6, 30
 
@@ -80,3 +84,29 @@ def test_moved_velocities_move_them_as_little(meridian):
     assert one.fragments.mass == pytest.approx(other.fragments.mass, rel=1e-5)
     assert np.abs(one.fragments.velocity - other.fragments.velocity).max() < 0.01
     assert one.number == pytest.approx(other.number, rel=1e-4)
+
+
+@pytest.mark.parametrize(("dimension", "mass"), [(2, 6.0), (3, 60.0)])
+def test_runs_lie_where_fragments_in_random_order_do(dimension, mass):
+    """Along a curve: masses drawn and laid one after the other, more often near its ends than elsewhere."""
+    law = MottLaw.from_mean(0.1, dimension)
+    points, drawings = 4000, 1000
+    segment = SegmentLaw(law, mass, mass / law.mean, 1000.0, 0.1, 0.01, "critical_strain", 1e4)
+    states = np.zeros((points, 6))
+    states[:, 0] = (np.arange(points) + 0.5) / points
+    sums = np.concatenate([np.zeros((1, 6)), np.cumsum(states * mass / points, axis=0)])
+    runs = Runs(
+        None, segment, Quantile(), np.linspace(0.0, mass, points + 1), sums, np.zeros(3), True, 1, states[:, 0]
+    )  # fmt: skip
+    edges, count = [0.0, 0.1, 0.3, 0.7, 0.9, 1.0], 2**15
+    masses, per_mass, means = runs.at(*((np.arange(count)[:, None] * np.sqrt([2.0, 3.0]) + 0.37) % 1.0).T)
+    heavy = masses > 0.5 * law.mean
+    found = np.histogram(means[heavy, 0], edges, weights=mass * per_mass[heavy] / count)[0]
+    drawn = []
+    for number in range(drawings):
+        draws = Draws(5, number, (0, 0))
+        laid = np.random.default_rng(number).permutation(Quantile().draw(law, mass, draws).mass)
+        middle = (np.cumsum(laid) - 0.5 * laid) / mass
+        drawn.append(np.histogram(middle[laid > 0.5 * law.mean], edges)[0])
+    error = np.std(drawn, axis=0) / math.sqrt(drawings)
+    assert (np.abs(found - np.mean(drawn, axis=0)) < 3.0 * error + 0.04 * found).all(), (found, np.mean(drawn, axis=0))

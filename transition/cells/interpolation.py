@@ -29,6 +29,7 @@ def _element(nodes: int):  # type: ignore[no-untyped-def]  # noqa: ANN202 - basi
     return basix.create_element(basix.ElementFamily.P, cell, 1)
 
 
+@cache
 def corner_coordinates(nodes: int) -> NDArray[np.float64]:
     """Reference coordinates (nodes, dimensions), -1 or 1, of the nodes of a cell in VTK's order."""
     return 2.0 * np.asarray(_element(nodes).points)[list(VTK_ORDER[nodes])] - 1.0
@@ -46,7 +47,10 @@ def interpolated(corners: NDArray[np.float64], point: NDArray[np.float64]) -> ND
 
 def modes(corners: NDArray[np.float64]) -> NDArray[np.float64]:
     """Coefficients (m, 8 or 4, j) of the modes from the values (m, 8 or 4, j) at the nodes in VTK's order."""
-    nodes = corners.shape[1]
+    return np.asarray(_modes_at_nodes(corners.shape[1]) @ corners)
+
+
+@cache
+def _modes_at_nodes(nodes: int) -> NDArray[np.float64]:
     at = corner_coordinates(nodes)
-    values = np.stack([at[:, list(factors)].prod(axis=1) for factors in _FACTORS[nodes]])
-    return np.asarray(np.einsum("ai,mik->mak", values / nodes, corners, optimize=True))
+    return np.stack([at[:, list(factors)].prod(axis=1) for factors in _FACTORS[nodes]]) / nodes
