@@ -12,7 +12,7 @@ import flight
 import fragfield
 from flight.arena import ArenaTable
 from tests.fragfield.short_run import invoke
-from tests.fragfield.test_import_reports import ARENA, NUMBERS, OWN
+from tests.fragfield.test_import_reports import ARENA, NUMBERS
 from tests.fragfield.test_import_workbooks import HEAD, workbook, write_ods
 
 ZONES = range(0, 180, 30)
@@ -173,7 +173,8 @@ def test_the_file_says_where_it_is_from(tmp_path):
     [
         ((ARENA + NUMBERS).replace("Number", "Stück").encode("cp1252"),
          "; another form is converted by: fragfield import {path} --out t_converted.csv"),
-        ((OWN.replace(";", ",") + "0,90,3,1.5,800\n").encode(), "column mass_from_kg, mass_to_kg missing"),
+        (b"zone_from_deg,zone_to_deg,number,mean_mass_g,mean_speed_m_s\n0,90,3,1.5,800\n",
+         "column mass_from_kg, mass_to_kg missing"),
         (b"Winkel von,Winkel bis,Anzahl\n0,90,3\n", "found the columns Winkel von, Winkel bis, Anzahl; needed"),
     ],
 )  # fmt: skip

@@ -226,7 +226,7 @@ def _fragments(run: StoredRun) -> Figure | None:
     wide, deep, high = np.ptp(points, axis=0)
     size = np.cbrt(fragments.mass)[order]
     diameter = _DIAMETER * float(np.linalg.norm((wide, deep, high))) * size / max(float(size.mean()), 1e-9)
-    figure = blank_figure(3.6, 3.2)
+    figure = blank_figure(3.6, 4.6)
     axis = figure.subplots()
     shown = EllipseCollection(
         diameter, diameter, np.zeros(len(size)), units="xy", offsets=flat, offset_transform=axis.transData,
