@@ -9,7 +9,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from flight import Drag, Fragments, InputError
-from flight.hazard.criteria import Criteria
+from flight.hazard.criteria import Criteria, hit_probability
 from flight.shape import FORGED_STEEL_SHELL, HEAVY_PIECES_OF_STACKS
 from fragfield.hazard.tp12 import (
     MottField,
@@ -55,6 +55,10 @@ def test_the_distance_of_one_e_folding_is_the_printed_one(shape_factor, printed)
 def test_fragments_are_hazardous_in_free_fall_from_the_printed_mass_on():
     """0.096 kg for 79 J and k = 4.74 g/cm3 (p. 14)."""
     assert retardation(HEAVY_PIECES_OF_STACKS).lightest_in_free_fall(79.0) == pytest.approx(0.096, abs=5e-4)
+
+
+def test_the_acceptable_density_is_a_probability_of_about_one_per_cent():
+    assert hit_probability(1.0 / (600.0 * 0.3048**2), CRITERIA.person_area) == pytest.approx(0.01, abs=5e-4)  # p. 12
 
 
 def test_the_flight_against_a_drag_table_is_that_of_its_equation():

@@ -15,8 +15,6 @@ that its mode decays and oscillates as in a cube of the same size; they are boun
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from burst_fenicsx.kernels.cells import layout as at
@@ -33,9 +31,6 @@ from burst_fenicsx.kernels.vectors.tensors import (
     store_matrix,
     store_vector,
 )
-
-if TYPE_CHECKING:
-    pass
 
 Four = tuple[float, float, float, float]
 
