@@ -8,7 +8,7 @@ from fragfield_base.lazy_names import lazy_names
 
 if TYPE_CHECKING:
     from fragfield_base.burst_snapshot import SegmentRecord
-    from transition.breaking_up import BreakUp, break_up, realisations
+    from transition.breaking_up import BreakUp, break_up
     from transition.cells.points import MaterialPoints
     from transition.errors import InputError
     from transition.field import CasingInMesh, snapshot_of
@@ -34,7 +34,6 @@ __all__ = [
     "SegmentResult",
     "Snapshot",
     "break_up",
-    "realisations",
     "snapshot_of",
 ]
 
@@ -42,7 +41,7 @@ __getattr__, __dir__ = lazy_names(
     __name__,
     {
         "fragfield_base.burst_snapshot": "SegmentRecord",
-        "transition.breaking_up": "BreakUp break_up realisations",
+        "transition.breaking_up": "BreakUp break_up",
         "transition.cells.points": "MaterialPoints",
         "transition.errors": "InputError",
         "transition.field": "CasingInMesh snapshot_of",

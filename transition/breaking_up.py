@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import product
 from operator import index
 from pathlib import Path
@@ -19,12 +20,12 @@ from transition.errors import InputError
 from transition.law.samplers import Graded, Quantile, Sampler
 from transition.law.segment_law import outside_of, segment_laws
 from transition.law.segments import CasingSegment, casing_segments
-from transition.placement.directions import Directions, Shares, compare_directions
+from transition.placement.directions import compare_directions
 from transition.placement.isometry import Attitude, Isometry, draw_attitude, rotation
 from transition.placement.mirroring import Image, images
 from transition.placement.placing import CURVE_DRAWS, Clusters, Sheet, place
 from transition.placement.scatter import scattered
-from transition.results import BreakUpResult, BrokenRound, CasingSums, SegmentResult, ledger, summarised
+from transition.results import BreakUpResult, BrokenRound, SegmentResult, ledger, summarised
 from transition.settings import MOST_FRAGMENTS, BreakUpSettings
 from transition.snapshot import Snapshot
 
@@ -36,6 +37,8 @@ if TYPE_CHECKING:
     from flight.fragments import Fragments
     from transition.cells.points import PointSource
     from transition.intensity import Intensity
+    from transition.placement.directions import Directions, Shares
+    from transition.results import CasingSums
     from transition.weighted import Casings, Runs, WeightedFragments
 
 
@@ -86,7 +89,6 @@ class BreakUp:
         masses = [float(mass[s.cells].sum()) for s in self.segments]
         self.laws, self.fit = segment_laws(self.segments, masses, self.snapshot.rounds, self.settings)
         self._outside = outside_of(self.snapshot.rounds, self.settings)
-        self._sources = self._casing.sources(self.segments, [lightest_that_matters(law.law) for law in self.laws])
         self._sheets = [
             Sheet.of(self._casing.before(segment), 1.0 if segment.is_end else law.radius / segment.data.outer_radius)
             for law, segment in zip(self.laws, self.segments, strict=True)
@@ -97,6 +99,10 @@ class BreakUp:
         self._foot = np.mean([self._base(broken) for broken in self.rounds], axis=0)
         self._cell_shares: dict[int, Shares] = {}
         self._sums: dict[int, CasingSums] = {}
+
+    @cached_property
+    def _sources(self) -> tuple[PointSource, ...]:
+        return self._casing.sources(self.segments, [lightest_that_matters(law.law) for law in self.laws])
 
     def realisation(self, seed: int, number: int = 0) -> BreakUpResult:
         """Break the casing up once.
@@ -112,21 +118,25 @@ class BreakUp:
         number : int
             Which realisation of the ensemble.
         """
-        parts = list(self._parts(seed, number))
-        attitude = self._attitude(seed, number)
-        placed = [self._placed(part) for part in parts]
-        results = [part.result for part in parts]
-        flown = [_scattered(part, made) for part, made in zip(parts, placed, strict=True)]
-        fragments = self._fragments(results, flown, attitude)
-        before = self._fragments(results, placed, attitude).velocity
-        return self._result(parts, fragments, before, attitude)
+        parts, attitude = list(self._parts(seed, number)), self._attitude(seed, number)
+        results = tuple(part.result for part in parts)
+        fragments = self._fragments(results, [self._placed(part) for part in parts], attitude)
+        found = sorted({result.round for result in results})
+        sums = [self._casing_sums(one, attitude) for one in found]
+        handed_over = ledger(fragments, sum(sums[1:], sums[0]))
+        directions = {one: self._directions(one, fragments, attitude) for one in found}
+        return BreakUpResult(
+            fragments, results, MaterialPoints.concatenate([part.points for part in parts]),
+            Clusters.concatenate([(part.clusters, len(part.points)) for part in parts]), directions, handed_over,
+            summarised(self.rounds, results, directions, handed_over, self.settings, self._outside, self.fit),
+        )  # fmt: skip
 
     def fragments(self, seed: int, number: int = 0) -> Fragments:
         """The fragments of `realisation(seed, number)` alone, without ledgers and directions: for large ensembles."""
         results, placed = [], []
         for part in self._parts(seed, number):
             results.append(part.result)
-            placed.append(_scattered(part, self._placed(part)))
+            placed.append(self._placed(part))
         return self._fragments(results, placed, self._attitude(seed, number))
 
     def many(self, seed: int, numbers: Sequence[int], threads: int | None = None) -> list[Fragments]:
@@ -246,19 +256,17 @@ class BreakUp:
         for copy, (segment, law, source, sheet) in product(range(len(self._images) + 1), prepared):
             draws = Draws(seed, number, (segment.round, segment.index, copy))
             try:
-                draw = self._sampler(segment).draw(law.law, law.mass, draws)
+                mass = self._sampler(segment).draw(law.law, law.mass, draws)
             except InputError as error:
                 name = self.snapshot.rounds[segment.round].name
                 raise InputError(f"round {name!r}, segment {segment.data.name!r}: {error}") from None
             points = source.draw(draws.generator("points"))
             along = sheet.order(points.reference, draws.uniform("curve", CURVE_DRAWS))
-            clusters = place(draw.mass, along, points.mass, draws)
+            clusters = place(mass, along, points.mass, draws)
             scatter = self.settings.direction_scatter
             angles = scatter * draws.normal("scatter", clusters.mass.size, 2) if scatter > 0.0 else None
             own = copy * len(self.snapshot.rounds) + segment.round
-            resolved = POINTS_PER_FRAGMENT * float(points.mass.max())
-            result = SegmentResult(own, segment, law, draw, clusters.mass.size, len(points), resolved)
-            yield _Part(result, points, clusters, angles)
+            yield _Part(SegmentResult(own, segment, law, mass), points, clusters, angles)
 
     def _sampler(self, segment: CasingSegment) -> Sampler:
         if self.settings.sampler == "graded" and not segment.is_end:
@@ -269,8 +277,12 @@ class BreakUp:
         """Masses (n,), positions and velocities (n, 3) of a segment's fragments, where the casing has them."""
         points, clusters = part.points, part.clusters
         if self.settings.velocity == "mean":
-            return clusters.mass, *clusters.means(points)
-        return clusters.mass, points.position[clusters.chosen], points.velocity[clusters.chosen]
+            position, velocity = clusters.means(points)
+        else:
+            position, velocity = points.position[clusters.chosen], points.velocity[clusters.chosen]
+        if part.angles is not None:
+            velocity = scattered(clusters.mass, velocity, part.angles)
+        return clusters.mass, position, velocity
 
     def _fragments(
         self, results: Sequence[SegmentResult], placed: Sequence[tuple[NDArray[np.float64], ...]], attitude: Attitude
@@ -278,7 +290,7 @@ class BreakUp:
         from flight.fragments import Fragments
 
         mass, position, velocity = (np.concatenate(arrays) for arrays in zip(*placed, strict=True))
-        counts = [result.fragments for result in results]
+        counts = [result.mass.size for result in results]
         of_round = np.repeat([r.round for r in results], counts).astype(np.int32)
         of_segment = np.repeat([r.segment.index for r in results], counts).astype(np.int32)
         for number in range(len(self.rounds)):
@@ -290,45 +302,14 @@ class BreakUp:
         names = tuple(broken.name for broken in self.rounds)
         return Fragments(mass, position, velocity, shape, of_round, of_segment, names)
 
-    def _result(
-        self, parts: Sequence[_Part], fragments: Fragments, before: NDArray[np.float64], attitude: Attitude
-    ) -> BreakUpResult:
-        """The realisation with its ledgers; `before` are the velocities (n, 3) without the scatter of directions."""
-        results = tuple(part.result for part in parts)
-        found = sorted({result.round for result in results})
-        sums, ledgers = {}, {}
-        for number in found:
-            motion, casing = self._motion(number, attitude), self._casing_sums(self.rounds[number].computed)
-            mine = fragments.round == number
-            if motion is not None:
-                casing = casing.moved(motion)
-            sums[number] = casing
-            ledgers[number] = ledger(fragments.select(mine), casing)
-        whole = ledger(fragments, sum((sums[number] for number in found[1:]), sums[found[0]]))
-        directions = {number: self._directions(number, fragments, before, attitude) for number in found}
-        clusters = Clusters.concatenate([(part.clusters, len(part.points)) for part in parts])
-        return BreakUpResult(
-            fragments=fragments,
-            segments=results,
-            points=MaterialPoints.concatenate([part.points for part in parts]),
-            clusters=clusters,
-            attitude=attitude,
-            directions=tuple(directions.items()),
-            ledger=whole,
-            ledgers=tuple(ledgers.items()),
-            summary=summarised(
-                self.rounds, results, ledgers, directions, whole, self.settings, self._outside, attitude, self.fit
-            ),
-        )
-
-    def _casing_sums(self, computed: int) -> CasingSums:
+    def _casing_sums(self, number: int, attitude: Attitude) -> CasingSums:
+        """Of the casing of round `number` of `rounds`, as it is moved."""
+        computed, motion = self.rounds[number].computed, self._motion(number, attitude)
         if computed not in self._sums:
             self._sums[computed] = self._casing.sums(computed)
-        return self._sums[computed]
+        return self._sums[computed] if motion is None else self._sums[computed].moved(motion)
 
-    def _directions(
-        self, number: int, fragments: Fragments, before: NDArray[np.float64], attitude: Attitude
-    ) -> Directions:
+    def _directions(self, number: int, fragments: Fragments, attitude: Attitude) -> Directions:
         """Directions about the round's own axis, the tilt taken back."""
         broken, motion = self.rounds[number], self._upright_motion(number, attitude)
         shares = self._cell_shares.get(number)
@@ -336,18 +317,9 @@ class BreakUp:
             shares = self._casing.shares(broken.computed, broken.axis, motion)
             if attitude.turn is None:
                 self._cell_shares[number] = shares
-        mine = fragments.round == number
-        flown, placed, tilting = fragments.velocity[mine], before[mine], attitude.tilting
-        if tilting is not None:
-            flown, placed = flown @ tilting.matrix, placed @ tilting.matrix
-        return compare_directions(fragments.mass[mine], flown, placed, shares, broken.axis)
-
-
-def _scattered(part: _Part, placed: tuple[NDArray[np.float64], ...]) -> tuple[NDArray[np.float64], ...]:
-    if part.angles is None:
-        return placed
-    mass, position, velocity = placed
-    return mass, position, scattered(mass, velocity, part.angles)
+        mine, tilting = fragments.select(fragments.round == number), attitude.tilting
+        velocity = mine.velocity if tilting is None else mine.velocity @ tilting.matrix
+        return compare_directions(mine.mass, velocity, shares, broken.axis)
 
 
 def _rounds(snapshot: Snapshot, mirrored: tuple[Image, ...]) -> Iterator[BrokenRound]:
@@ -391,14 +363,3 @@ def break_up(
         On a snapshot or settings that cannot be used; the message says why.
     """
     return BreakUp(snapshot, settings).realisation(seed, realisation)
-
-
-def realisations(
-    snapshot: Snapshot | str | Path, settings: BreakUpSettings | None = None, seed: int = 0, count: int = 1
-) -> Iterator[BreakUpResult]:
-    """Yield `count` realisations from one burst; number k is `break_up(..., realisation=k)`."""
-    if count < 1:
-        raise InputError(f"realisations: found {count}; at least 1 is needed")
-    prepared = BreakUp(snapshot, settings)
-    for number in range(count):
-        yield prepared.realisation(seed, number)

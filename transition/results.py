@@ -15,11 +15,10 @@ if TYPE_CHECKING:
     from flight.fragments import Fragments
     from transition.cells.points import MaterialPoints
     from transition.law.count_fit import CountFit
-    from transition.law.samplers import Draw
     from transition.law.segment_law import SegmentLaw
     from transition.law.segments import CasingSegment
     from transition.placement.directions import Directions
-    from transition.placement.isometry import Attitude, Isometry
+    from transition.placement.isometry import Isometry
     from transition.placement.mirroring import Image
     from transition.placement.placing import Clusters
     from transition.settings import BreakUpSettings
@@ -43,27 +42,14 @@ class BrokenRound:
 
 @dataclass(frozen=True, eq=False)
 class SegmentResult:
-    """A segment, its law, and the fragments drawn from it.
-
-    Attributes
-    ----------
-    round : int
-        Of `BreakUp.rounds`: another than the segment's own where that is mirrored.
-    segment, law, draw : CasingSegment, SegmentLaw, Draw
-        The segment, how it breaks, and the masses drawn.
-    fragments, points : int
-        Number of fragments, and of the material points that they share.
-    resolved : float
-        Mass (kg) from which on every fragment spans eight points or more.
-    """
+    """A segment, its law, and the fragments drawn from it."""
 
     round: int
+    """Of `BreakUp.rounds`: another than the segment's own where that is mirrored."""
     segment: CasingSegment
     law: SegmentLaw
-    draw: Draw
-    fragments: int
-    points: int
-    resolved: float
+    mass: NDArray[np.float64]
+    """(n,) float64: masses drawn (kg), falling."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,19 +61,15 @@ class BreakUpResult:
     fragments : flight.fragments.Fragments
         By round, segment and falling mass; computed rounds first, then their images.
     segments : tuple of SegmentResult
-        Law and draw of every segment, of computed rounds and images.
+        Law and masses of every segment, of computed rounds and images.
     points : MaterialPoints
         Of every segment and every image, where the computed casing has them: neither mirrored nor moved.
     clusters : Clusters
         Which of them each fragment has.
-    attitude : Attitude
-        How all fragments were turned about the round's axis, and tilted.
-    directions : tuple of (int, Directions)
-        Directions by mass of each round that has fragments.
+    directions : dict
+        Directions by mass of each round that has fragments, by its number.
     ledger : BreakUpLedger
         Mass, momentum and energy handed over.
-    ledgers : tuple of (int, BreakUpLedger)
-        The same of each round that has fragments.
     summary : dict
         The "break_up" part of summary.json; SI units.
     """
@@ -96,10 +78,8 @@ class BreakUpResult:
     segments: tuple[SegmentResult, ...]
     points: MaterialPoints
     clusters: Clusters
-    attitude: Attitude
-    directions: tuple[tuple[int, Directions], ...]
+    directions: dict[int, Directions]
     ledger: BreakUpLedger
-    ledgers: tuple[tuple[int, BreakUpLedger], ...]
     summary: dict[str, Any]
 
 
@@ -127,20 +107,16 @@ class BreakUpLedger:
     """Kinetic (J)."""
     energy_error: float
     """(energy - casing_energy)/casing_energy; 0 for a casing at rest."""
-    cell_energy: float
-    """Kinetic energy of the cells moving as one piece each (J), rings by their cross-section. Fragments smaller than a
-    cell keep more of the casing's energy, those of many cells less."""
 
 
 @dataclass(frozen=True)
 class CasingSums:
-    """Sums over a casing, see `BreakUpLedger`: mass (kg), momentum (kg m/s), sum of mass times speed, energies (J)."""
+    """Sums over a casing, see `BreakUpLedger`: mass (kg), momentum (kg m/s), sum of mass times speed, energy (J)."""
 
     mass: float
     momentum: NDArray[np.float64]
     scale: float
     energy: float
-    cell_energy: float
 
     def moved(self, motion: Isometry) -> CasingSums:
         """The sums of the casing after a rotation or behind planes of symmetry; the scale is left as it is."""
@@ -152,15 +128,13 @@ class CasingSums:
 
 def casing_sums(cell_mass: NDArray[np.float64], node_velocity: NDArray[np.float64]) -> CasingSums:
     """Sums over casing cells: masses (m,) in kg, velocities of their nodes (m, 8, 3) in m/s."""
-    cell_velocity = node_velocity.mean(axis=1)
     squares = np.einsum("ckj,ckj->ck", node_velocity, node_velocity)
     speed = np.sqrt(squares)
     return CasingSums(
         mass=float(cell_mass.sum()),
-        momentum=cell_mass @ cell_velocity,
+        momentum=cell_mass @ node_velocity.mean(axis=1),
         scale=float(cell_mass @ speed.mean(axis=1)),
         energy=0.5 * float(cell_mass @ squares.mean(axis=1)),
-        cell_energy=0.5 * float(cell_mass @ np.einsum("ij,ij->i", cell_velocity, cell_velocity)),
     )
 
 
@@ -178,13 +152,11 @@ def ring_sums(
     """
     nodal = ring_mass[:, None] * shares
     squares = (velocity**2).sum(axis=2)
-    mean = np.einsum("ma,maj->mj", shares, velocity)
     return CasingSums(
         mass=float(ring_mass.sum()),
         momentum=float((nodal * velocity[..., 1]).sum()) * axis,
         scale=float((nodal * np.sqrt(squares)).sum()),
         energy=0.5 * float((nodal * squares).sum()),
-        cell_energy=0.5 * float(ring_mass @ (mean**2).sum(axis=1)),
     )
 
 
@@ -205,7 +177,6 @@ def ledger(fragments: Fragments, casing: CasingSums) -> BreakUpLedger:
         energy=energy,
         casing_energy=casing.energy,
         energy_error=(energy - casing.energy) / casing.energy if casing.energy > 0.0 else 0.0,
-        cell_energy=casing.cell_energy,
     )
 
 
@@ -214,55 +185,26 @@ def _triple(vector: NDArray[np.float64]) -> tuple[float, float, float]:
 
 
 def summarised(
-    rounds: Sequence[BrokenRound],
-    results: Sequence[SegmentResult],
-    ledgers: Mapping[int, BreakUpLedger],
-    directions: Mapping[int, Directions],
-    handed_over: BreakUpLedger,
-    settings: BreakUpSettings,
-    outside: Mapping[str, Sequence[str]],
-    attitude: Attitude,
+    rounds: Sequence[BrokenRound], results: Sequence[SegmentResult], directions: Mapping[int, Directions],
+    handed_over: BreakUpLedger, settings: BreakUpSettings, outside: Mapping[str, Sequence[str]],
     fit: CountFit | None = None,
-) -> dict[str, Any]:
+) -> dict[str, Any]:  # fmt: skip
     """Numbers of one realisation.
 
-    Parameters
-    ----------
-    rounds : sequence of BrokenRound
-        Computed rounds, then mirrored ones.
-    results : sequence of SegmentResult
-        Segments of all of them.
-    ledgers, directions : mappings from a round's number
-        For the rounds that have fragments.
-    handed_over : BreakUpLedger
-        Of all rounds together.
-    settings : BreakUpSettings
-        Choices of the break-up.
-    outside : mapping from a round's name
-        In which respects no published data on mean masses are near it.
-    attitude : Attitude
-        How all fragments were turned about the round's axis, and tilted.
-    fit : CountFit or None
-        Of the mean masses to the pieces of a test.
+    `rounds`: computed rounds, then mirrored ones; `results`: segments of all of them; `directions`: by the number of
+    each round that has fragments; `outside`: by a round's name, in which respects no published data on mean masses are
+    near it; `fit`: of the mean masses to the pieces of a test.
     """
     return {
-        "fragments": sum(r.fragments for r in results),
-        "points": sum(r.points for r in results),
+        "fragments": sum(r.mass.size for r in results),
         "mass": handed_over.mass,
         "mass_error": handed_over.mass_error,
         "momentum_error": handed_over.momentum_error,
         "energy_error": handed_over.energy_error,
-        "casing_energy": handed_over.casing_energy,
-        "energy_lost": handed_over.casing_energy - handed_over.energy,
-        "sampler": settings.sampler,
-        "velocity": settings.velocity,
         "mean_mass": _mean_mass(settings, fit, outside),
-        "direction_scatter": settings.direction_scatter,
-        "turn": attitude.turn,
-        "tilt": list(attitude.tilt),
         "tilt_deviation": settings.tilt,
         "rounds": [
-            _round_summary(rounds[number], [r for r in results if r.round == number], ledgers[number], found)
+            _round_summary(rounds[number], [r for r in results if r.round == number], found)
             for number, found in directions.items()
         ],
     }
@@ -285,55 +227,26 @@ def _mean_mass(settings: BreakUpSettings, fit: CountFit | None, outside: Mapping
     }
 
 
-def _round_summary(
-    broken: BrokenRound, results: Sequence[SegmentResult], handed_over: BreakUpLedger, directions: Directions
-) -> dict[str, Any]:
+def _round_summary(broken: BrokenRound, results: Sequence[SegmentResult], directions: Directions) -> dict[str, Any]:
     return {
         "name": broken.name,
         "mirror_of": broken.mirror_of,
-        "fragments": sum(r.fragments for r in results),
-        "mass": float(sum(r.draw.mass.sum() for r in results)),
-        "mass_error": handed_over.mass_error,
-        "momentum_error": handed_over.momentum_error,
-        "energy_error": handed_over.energy_error,
-        "polar_difference": directions.polar_difference,
-        "azimuth_difference": directions.azimuth_difference,
-        "directions": {
-            "polar_deg": directions.polar.tolist(),
-            "polar_fragments": directions.polar_fragments.tolist(),
-            "polar_cells": directions.polar_cells.tolist(),
-            "azimuth_deg": directions.azimuth.tolist(),
-            "azimuth_fragments": directions.azimuth_fragments.tolist(),
-            "azimuth_cells": directions.azimuth_cells.tolist(),
-        },
+        "fragments": sum(r.mass.size for r in results),
+        "mass": float(sum(r.mass.sum() for r in results)),
+        "directions": {name: values.tolist() for name, values in directions._asdict().items()},
         "segments": [_segment_summary(r) for r in results],
     }
 
 
 def _segment_summary(result: SegmentResult) -> dict[str, Any]:
-    data, law = result.segment.data, result.law
+    law = result.law.law
     return {
-        "name": data.name,
-        "kind": data.kind,
-        "start": data.start,
-        "end": data.end,
-        "mean_mass": law.law.mean,
-        "mu": law.law.parts[0].mu,
-        "n0": law.n0,
-        "parts": [{"dimension": p.dimension, "mu": p.mu, "mass_fraction": p.weight} for p in law.law.parts],
-        "fragments": result.fragments,
-        "mass": float(result.draw.mass.sum()),
-        "mass_deficit": result.draw.deficit,
-        "casing_mass": law.mass,
-        "heaviest": float(result.draw.mass.max()),
-        "v0": law.v0,
-        "speed": data.speed,
-        "rupture": law.rupture,
-        "rupture_radius": law.radius,
-        "rupture_wall": law.wall,
-        "strain_rate": law.rate,
-        "method": result.draw.method,
-        "closure": result.draw.closure,
-        "points": result.points,
-        "resolved": result.resolved,
+        "name": result.segment.data.name,
+        "mean_mass": law.mean,
+        "mu": law.parts[0].mu,
+        "n0": result.law.n0,
+        "parts": [{"dimension": p.dimension, "mu": p.mu, "mass_fraction": p.weight} for p in law.parts],
+        "fragments": result.mass.size,
+        "mass": float(result.mass.sum()),
+        "speed": result.segment.data.speed,
     }

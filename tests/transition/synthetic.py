@@ -168,3 +168,13 @@ def volumes(corners: np.ndarray) -> np.ndarray:
         slope = np.stack([signs[:, a] * factor[:, (a + 1) % 3] * factor[:, (a + 2) % 3] / 8.0 for a in range(3)])
         total += np.linalg.det(np.einsum("ak,mkb->mab", slope, corners))
     return total
+
+
+def polar_difference(found):
+    """Largest difference of the shares of fragments and cells below any polar angle."""
+    return float(np.abs(np.cumsum(found.polar_fragments - found.polar_cells)).max())
+
+
+def azimuth_difference(found):
+    """Largest difference of them in any sector of the horizon (Kuiper's statistic)."""
+    return float(np.ptp(np.cumsum(found.azimuth_fragments - found.azimuth_cells)))

@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from tests.transition.synthetic import Tube, radial
-from transition import BreakUp, BreakUpSettings, InputError, break_up, realisations
-from transition.placement.isometry import Attitude, draw_attitude
+from tests.transition.synthetic import Tube, azimuth_difference, polar_difference, radial
+from transition import BreakUp, BreakUpSettings, InputError, break_up
+from transition.cells.points import POINTS_PER_FRAGMENT
+from transition.placement.isometry import draw_attitude
 
 ALONG_THE_FIELD = BreakUpSettings(direction_scatter=0.0)
 
@@ -47,8 +48,7 @@ def test_energy_is_lost_by_averaging_only(snapshot):
     result = break_up(snapshot, seed=3)
     energy = 0.5 * lumped(snapshot) @ (snapshot.velocity**2).sum(axis=1)
     assert result.ledger.casing_energy == pytest.approx(energy, rel=1e-12)
-    assert result.ledger.cell_energy < result.ledger.casing_energy
-    assert result.summary["energy_lost"] == pytest.approx(energy - result.fragments.kinetic_energy, rel=1e-9)
+    assert result.ledger.energy == pytest.approx(result.fragments.kinetic_energy, rel=1e-9)
     assert -0.06 < result.summary["energy_error"] < -0.001
     fine = break_up(snapshot, BreakUpSettings(mean_mass=2e-4), seed=3)
     assert result.summary["energy_error"] < 2.0 * fine.summary["energy_error"] < 0.0
@@ -56,7 +56,9 @@ def test_energy_is_lost_by_averaging_only(snapshot):
         flat = one_velocity_a_cell(found, snapshot)
         flat_energy = 0.5 * float(found.fragments.mass @ (flat**2).sum(axis=1))
         assert flat_energy < found.ledger.energy < energy
-    assert fine.ledger.energy > fine.ledger.cell_energy  # far smaller than a cell: better than rigid cells
+    cell_velocity = snapshot.velocity[snapshot.cells[snapshot.casing]].mean(axis=1)
+    rigid = 0.5 * float(snapshot.mass[snapshot.casing] @ (cell_velocity**2).sum(axis=1))
+    assert fine.ledger.energy > rigid  # far smaller than a cell: better than rigid cells
 
 
 def test_casing_that_moves_as_one_keeps_its_energy(tmp_path):
@@ -82,10 +84,11 @@ def test_every_cells_mass_is_given_once_to_fragments_of_its_own_segment(pair):
 def test_fragments_above_the_lightest_that_matters_span_eight_points(snapshot):
     result = break_up(snapshot, seed=2)
     pieces = np.bincount(result.clusters.fragment)
-    for number, (segment, law) in enumerate(zip(result.segments, BreakUp(snapshot).laws, strict=True)):
+    for number, law in enumerate(BreakUp(snapshot).laws):
         mine = result.fragments.segment == number
-        assert float(law.law.mass_fraction_above(segment.resolved)) > 0.979
-        matter = mine & (result.fragments.mass >= segment.resolved)
+        resolved = POINTS_PER_FRAGMENT * result.points.mass[result.points.segment == number].max()
+        assert float(law.law.mass_fraction_above(resolved)) > 0.979
+        matter = mine & (result.fragments.mass >= resolved)
         assert pieces[matter].min() >= 8
         assert result.fragments.mass[matter].sum() > 0.96 * result.fragments.mass[mine].sum()
 
@@ -118,8 +121,8 @@ def test_fragments_lie_on_the_casing_and_fly_as_it_does_there(snapshot):
 
 
 def test_directions_are_those_of_the_cells(snapshot):
-    result = break_up(snapshot, BreakUpSettings(mean_mass=1e-3), seed=1)
-    found = dict(result.directions)[0]
+    result = break_up(snapshot, replace(ALONG_THE_FIELD, mean_mass=1e-3), seed=1)
+    found = result.directions[0]
     assert found.polar_cells.sum() == pytest.approx(1.0)
     assert found.azimuth_fragments.sum() == pytest.approx(1.0)
     # 48 columns of 4 samples on 72 bins: two or three of 192 in each, where the columns alone leave bins empty
@@ -127,15 +130,15 @@ def test_directions_are_those_of_the_cells(snapshot):
     reported = result.summary["rounds"][0]["directions"]
     assert reported["polar_fragments"] == found.polar_fragments.tolist()
     assert reported["azimuth_cells"] == found.azimuth_cells.tolist()
-    assert found.polar_difference < 0.03
-    assert found.azimuth_difference < 0.05
+    assert polar_difference(found) < 0.03
+    assert azimuth_difference(found) < 0.05
     # a wall that flies outwards and up to 100 m/s along the axis: within 6 degrees of the equator
-    assert found.polar_cells[(np.abs(found.polar - 90.0) < 10.0)].sum() == pytest.approx(1.0)
+    assert found.polar_cells[(np.abs(found.polar_deg - 90.0) < 10.0)].sum() == pytest.approx(1.0)
 
 
 def test_same_seed_same_fragments_and_order_does_not_matter(pair):
     settings = BreakUpSettings()
-    ensemble = list(realisations(pair, settings, seed=7, count=3))
+    ensemble = [break_up(pair, settings, seed=7, realisation=number) for number in range(3)]
     last_first = BreakUp(pair, settings)
     for number in (2, 0, 1):
         again = last_first.realisation(7, number).fragments
@@ -160,9 +163,8 @@ def test_summary_holds_the_names_of_the_contract(snapshot):
     result = break_up(snapshot, BreakUpSettings(dimension="mixed"), seed=2)
     summary = result.summary
     assert {"fragments", "mass", "mass_error", "momentum_error", "energy_error", "rounds"} <= set(summary)
-    names = {"name", "kind", "mean_mass", "mu", "n0", "fragments", "mass", "mass_deficit", "v0"}
     segments = summary["rounds"][0]["segments"]
-    assert all(names <= set(segment) for segment in segments)
+    assert all({"name", "mean_mass", "mu", "n0", "fragments", "mass"} <= set(segment) for segment in segments)
     assert sum(segment["fragments"] for segment in segments) == summary["fragments"] == len(result.fragments)
     assert summary["rounds"][0]["name"] == "round 0"
     assert (result.fragments.shape_factor == 2600.0).all()
@@ -172,11 +174,6 @@ def test_summary_holds_the_names_of_the_contract(snapshot):
 def test_seed_refused(snapshot, seed):
     with pytest.raises(InputError, match=r"break_up seed: found .*; a whole number from 0 upwards is needed"):
         break_up(snapshot, seed=seed)
-
-
-def test_empty_ensemble_refused(snapshot):
-    with pytest.raises(InputError, match="realisations: found 0; at least 1"):
-        list(realisations(snapshot, count=0))
 
 
 @pytest.mark.parametrize("tilt", [0.0, 0.05])
@@ -204,14 +201,11 @@ def test_a_realisation_is_turned_about_its_axis_and_tilted_about_its_foot(tmp_pa
         np.testing.assert_allclose(after.position, foot + motion.apply(before.position - foot), rtol=0.0, atol=1e-12)
     plain, whole = still.realisation(4, 2), moved.realisation(4, 2)
     np.testing.assert_array_equal(whole.fragments.velocity, after.velocity)
-    assert (plain.attitude, whole.attitude) == (Attitude(), attitude)
-    assert [whole.summary[name] for name in ("turn", "tilt", "tilt_deviation")] == [
-        attitude.turn, list(attitude.tilt), tilt
-    ]  # fmt: skip
+    assert whole.summary["tilt_deviation"] == tilt
     assert whole.ledger.momentum_error < 1e-12
-    for (_, one), (_, other) in zip(plain.directions, whole.directions, strict=True):
+    for one, other in zip(plain.directions.values(), whole.directions.values(), strict=True):
         np.testing.assert_allclose(other.polar_fragments, one.polar_fragments, atol=1e-9)
-        assert other.polar_difference == pytest.approx(one.polar_difference, abs=1e-9)
+        assert polar_difference(other) == pytest.approx(polar_difference(one), abs=1e-9)
         # A turn takes pieces over the two bounds of sectors that the largest difference lies between.
         piece = float(whole.fragments.mass.max()) / whole.ledger.casing_mass * rounds
-        assert other.azimuth_difference == pytest.approx(one.azimuth_difference, abs=2.0 * piece)
+        assert azimuth_difference(other) == pytest.approx(azimuth_difference(one), abs=2.0 * piece)

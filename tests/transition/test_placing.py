@@ -11,7 +11,7 @@ from scipy import stats
 from tests.transition.meridian import Meridian
 from tests.transition.synthetic import Tube
 from transition import BreakUp, BreakUpSettings
-from transition.cells.points import MaterialPoints
+from transition.cells.points import POINTS_PER_FRAGMENT, MaterialPoints
 from transition.draws import Draws
 from transition.kernels.curve import curve_positions
 from transition.placement.placing import CURVE_DRAWS, Clusters, Sheet, place
@@ -155,7 +155,7 @@ def test_fragments_are_compact_chips(tmp_path, around):
         volume = clusters.mass / (7850.0 / 1.5**2)  # the tube is stretched without getting thinner
         wall = 1.5 * 0.018
         chip = np.where(volume < wall**3, 0.5 * np.cbrt(volume), np.sqrt((2.0 * volume / wall + wall**2) / 12.0))
-        matter = clusters.mass > result.segments[0].resolved
+        matter = clusters.mass > POINTS_PER_FRAGMENT * points.mass.max()
         ratios.append((gyration / chip)[matter])
     ratio = np.concatenate(ratios)
     assert np.median(ratio) < 1.4

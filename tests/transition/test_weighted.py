@@ -105,7 +105,7 @@ def test_runs_lie_where_fragments_in_random_order_do(dimension, mass):
     drawn = []
     for number in range(drawings):
         draws = Draws(5, number, (0, 0))
-        laid = np.random.default_rng(number).permutation(Quantile().draw(law, mass, draws).mass)
+        laid = np.random.default_rng(number).permutation(Quantile().draw(law, mass, draws))
         middle = (np.cumsum(laid) - 0.5 * laid) / mass
         drawn.append(np.histogram(middle[laid > 0.5 * law.mean], edges)[0])
     error = np.std(drawn, axis=0) / math.sqrt(drawings)

@@ -5,7 +5,7 @@ fragment from each, then scales all masses to close on the segment's. The number
 tail is kept: a fragment expected once in a thousand realisations comes once in a thousand, paid for by all others.
 
 `graded` is the paper's (Eqs. 26 to 29). Its rule to stop where a grade holds less than one fragment drops the
-heaviest; the mass that is missing is reported, not hidden.
+heaviest, and their mass.
 """
 
 from __future__ import annotations
@@ -31,25 +31,11 @@ if TYPE_CHECKING:
 _MIN_MASS = 1e-12  # kg: the law has pieces of any smallness, and a file of fragments has none below 1e-15 kg
 
 
-@dataclass(frozen=True, eq=False)
-class Draw:
-    """Fragments drawn for one segment."""
-
-    mass: NDArray[np.float64]
-    """(n,) float64: masses (kg), falling."""
-    deficit: float
-    """Mass of the segment that no fragment carries (kg)."""
-    closure: float
-    """Factor by which the masses were multiplied to close on the segment's mass; 1 is none."""
-    method: str
-    """"quantile" or "graded"."""
-
-
 class Sampler(Protocol):
     """Draws the masses of a segment's fragments."""
 
-    def draw(self, law: MottLaw, mass: float, draws: Draws) -> Draw:
-        """Fragments of a segment of `mass` (kg) by `law`."""
+    def draw(self, law: MottLaw, mass: float, draws: Draws) -> Array:
+        """Masses (n,) in kg, falling, of the fragments of a segment of `mass` (kg) by `law`."""
         ...
 
 
@@ -63,13 +49,12 @@ class Quantile:
     heavier than the whole segment into one realisation of three.
     """
 
-    def draw(self, law: MottLaw, mass: float, draws: Draws) -> Draw:
-        """Fragments of a segment of `mass` (kg) by `law`."""
+    def draw(self, law: MottLaw, mass: float, draws: Draws) -> Array:
+        """See `Sampler`."""
         whole = draws.rounded(max(1.0, mass / law.mean))
         survival = (np.arange(whole) + 1.0 - draws.uniform("mass", whole)) / whole
         drawn = np.maximum(law.inverse(survival), _MIN_MASS)
-        closure = mass / drawn.sum()
-        return Draw(np.sort(drawn * closure)[::-1], 0.0, float(closure), "quantile")
+        return np.sort(drawn * (mass / drawn.sum()))[::-1]
 
 
 @dataclass(frozen=True)
@@ -90,14 +75,8 @@ class Graded:
     m0: float
     dm: float
 
-    def draw(self, law: MottLaw, mass: float, draws: Draws) -> Draw:  # noqa: ARG002 - interface
-        """Fragments of a segment of `mass` (kg) by `law`.
-
-        Raises
-        ------
-        InputError
-            Not even the first grade holds one fragment, or the first is heavier than the segment.
-        """
+    def draw(self, law: MottLaw, mass: float, draws: Draws) -> Array:  # noqa: ARG002 - interface
+        """See `Sampler`; InputError: the first grade does not hold one fragment, or is heavier than the segment."""
         masses, counts = self.grades(law, mass / law.mean, mass)
         if not counts.any():
             raise InputError(
@@ -105,8 +84,7 @@ class Graded:
                 f"of the {mass / law.mean:.1f} fragments expected, or is heavier than the {mass:g} kg of the segment; "
                 "change graded_dm, or take the sampler 'quantile'"
             )
-        drawn = np.repeat(masses, counts)[::-1]
-        return Draw(drawn, float(mass - drawn.sum()), 1.0, "graded")
+        return np.asarray(np.repeat(masses, counts)[::-1])
 
     def grades(self, law: MottLaw, number: float, mass: float) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
         """Masses (kg) of the grades and the fragments in each, for N0 = `number` and a segment of `mass` (kg).

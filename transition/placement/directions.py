@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -21,34 +20,20 @@ _SAMPLES = 4  # along each side of a cell: columns of cells may be as wide as a 
 _CONES, _TURNS = 1440, 360  # polar angles and azimuths that the directions of rings are gathered at
 
 
-@dataclass(frozen=True, eq=False)
-class Directions:
-    """Shares of the mass by direction, of a round's fragments and of its casing cells.
+class Directions(NamedTuple):
+    """Shares of the mass by direction, of a round's fragments and of its casing cells."""
 
-    Attributes
-    ----------
-    polar : (36,) float64
-        Centres of the bins of the angle between velocity and the round's axis (degrees; 0 beyond the nose).
-    polar_fragments, polar_cells : (36,) float64
-        Shares of the mass in them.
-    azimuth : (72,) float64
-        Bins of the horizontal direction from +x counter-clockwise, named by their centre (degrees).
-    azimuth_fragments, azimuth_cells : (72,) float64
-        Shares of the mass in them; what flies straight up or down or stands still has none.
-    polar_difference : float
-        Largest difference of the two shares below any polar angle, 0 to 1, before directions scatter.
-    azimuth_difference : float
-        Largest difference in any sector of the horizon, 0 to 1, before directions scatter (Kuiper's statistic).
-    """
-
-    polar: NDArray[np.float64]
+    polar_deg: NDArray[np.float64]
+    """(36,) float64: centres of the bins of the angle between velocity and the round's axis (degrees; 0 beyond the
+    nose)."""
     polar_fragments: NDArray[np.float64]
     polar_cells: NDArray[np.float64]
-    azimuth: NDArray[np.float64]
+    """(36,) float64: shares of the mass in them."""
+    azimuth_deg: NDArray[np.float64]
+    """(72,) float64: bins of the horizontal direction from +x counter-clockwise, named by their centre (degrees)."""
     azimuth_fragments: NDArray[np.float64]
     azimuth_cells: NDArray[np.float64]
-    polar_difference: float
-    azimuth_difference: float
+    """(72,) float64: shares of the mass in them; what flies straight up or down or stands still has none."""
 
 
 def cell_shares(
@@ -110,30 +95,17 @@ def ring_shares(
 
 
 def compare_directions(
-    fragment_mass: NDArray[np.float64],
-    fragment_velocity: NDArray[np.float64],
-    placed_velocity: NDArray[np.float64],
-    cells: Shares,
+    fragment_mass: NDArray[np.float64], fragment_velocity: NDArray[np.float64], cells: Shares,
     axis: tuple[float, float, float],
-) -> Directions:
+) -> Directions:  # fmt: skip
     """Directions of a round's fragments beside those of its casing.
 
-    `fragment_mass` (n,), `fragment_velocity` (n, 3): as they fly (kg, m/s); `placed_velocity` (n, 3): before their
-    directions scatter (m/s): these are the casing's, and the differences are theirs; `cells`: `cell_shares` or
-    `ring_shares` of the casing; `axis`: axis of the round.
+    `fragment_mass` (n,), `fragment_velocity` (n, 3): as they fly (kg, m/s); `cells`: `cell_shares` or `ring_shares` of
+    the casing; `axis`: axis of the round.
     """
-    fragments = _shares(fragment_mass, fragment_velocity, np.asarray(axis))
-    placed = _shares(fragment_mass, placed_velocity, np.asarray(axis))
-    along = np.cumsum(placed[1] - cells[1])
+    polar, azimuth = _shares(fragment_mass, fragment_velocity, np.asarray(axis))
     return Directions(
-        polar=np.arange(0.5 * _BIN, 180.0, _BIN),
-        polar_fragments=fragments[0],
-        polar_cells=cells[0],
-        azimuth=np.arange(0.0, 360.0, _BIN),
-        azimuth_fragments=fragments[1],
-        azimuth_cells=cells[1],
-        polar_difference=float(np.abs(np.cumsum(placed[0] - cells[0])).max()),
-        azimuth_difference=float(along.max() - along.min()),
+        np.arange(0.5 * _BIN, 180.0, _BIN), polar, cells[0], np.arange(0.0, 360.0, _BIN), azimuth, cells[1]
     )
 
 

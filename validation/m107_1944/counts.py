@@ -81,7 +81,7 @@ def prescribed(reference: Mapping[str, Any], seed: int, realisations: int) -> li
     law, speed = reference["law"], reference["initial_speed"]
     mott = MottLaw.from_mean(2.0 * law["mu"], dimension=2)
     whole = law["number"] * mott.mean
-    masses = [Quantile().draw(mott, whole, Draws(seed, one)).mass for one in range(realisations)]
+    masses = [Quantile().draw(mott, whole, Draws(seed, one)) for one in range(realisations)]
     return [flight.Fragments(mass, (0.0, 0.0, 0.0), (speed, 0.0, 0.0)) for mass in masses]
 
 
