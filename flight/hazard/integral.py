@@ -56,9 +56,9 @@ LEVEL = 0.05
 """Probability with which an event throws a fragment beyond `Integral.throw`."""
 _VECTOR = np.array([1, 182667, 469891, 498753, 110745, 446247, 250185, 118627], dtype=np.uint64)
 _SLOPES = len(_VECTOR) - 4  # impacts with a slope of their own
-_CURVES = ((math.radians(2.5), 0.85), (math.radians(20.0), 0.15))
+_CURVES = ((math.radians(1.0), 0.7), (math.radians(15.0), 0.3))
 """Half-widths (rad) and fractions of the Lorentz curves about the level that the elevations of the points follow."""
-_GAUSS = np.polynomial.legendre.leggauss(24)
+_GAUSS = np.polynomial.legendre.leggauss(14)  # densities to 1e-7 where they are not negligible
 _TABLE = 720  # steps of polar angles over half a turn
 _FARTHEST = 6.0  # standard deviations of a facet's slope
 
