@@ -29,7 +29,6 @@ def test_laws_by_hand(snapshot):
     assert laws[0].law.mean == pytest.approx(end, rel=1e-12)
     plate = mott_linfoot(4.0, STEEL, 1.5 * 0.0775, 14.7e4, 0.018 / 1.5**2, laws[3].v0)
     assert laws[3].law.mean == pytest.approx(plate, rel=1e-12)
-    assert [law.rupture for law in laws] == ["unstretched", "critical_strain", "critical_strain", "critical_strain"]
 
 
 def test_speed_from_gurney(snapshot):

@@ -91,7 +91,7 @@ def test_runs_lie_where_fragments_in_random_order_do(dimension, mass):
     """Along a curve: masses drawn and laid one after the other, more often near its ends than elsewhere."""
     law = MottLaw.from_mean(0.1, dimension)
     points, drawings = 4000, 1000
-    segment = SegmentLaw(law, mass, mass / law.mean, 1000.0, 0.1, 0.01, "critical_strain", 1e4)
+    segment = SegmentLaw(law, mass, mass / law.mean, 1000.0, 0.1)
     states = np.zeros((points, 6))
     states[:, 0] = (np.arange(points) + 0.5) / points
     sums = np.concatenate([np.zeros((1, 6)), np.cumsum(states * mass / points, axis=0)])

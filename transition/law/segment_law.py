@@ -46,20 +46,7 @@ class SegmentLaw:
     v0: float
     """Speed used in the law (m/s); of an end piece that of its expansion."""
     radius: float
-    wall: float
-    """Outer radius and wall at rupture (m)."""
-    rupture: str
-    """Where these come from: "critical_strain", or "unstretched" (a nose)."""
-    rate: float
-    """Rate of hoop strain at rupture: v0 over the radius (1/s)."""
-
-
-@dataclass(frozen=True)
-class _Rupture:
-    radius: float
-    wall: float
-    source: str
-    rate: float
+    """Outer radius at rupture (m)."""
 
 
 def segment_laws(
@@ -92,7 +79,7 @@ def segment_laws(
 
 def _at_scale_one(segment: CasingSegment, mass: float, data: RoundData, settings: BreakUpSettings) -> float:
     """Mean mass (kg) by the law, not limited by the segment's mass."""
-    return _mean_mass(segment, data, settings, _state(segment, mass, data, settings)[1])
+    return _mean_mass(segment, data, settings, *_state(segment, mass, data, settings))
 
 
 def segment_law(
@@ -102,17 +89,18 @@ def segment_law(
 
     Raises InputError: the burst's speed, radius or wall of the segment cannot be used.
     """
-    speed, at = _state(segment, mass, data, settings)
-    mean = min(scale * _mean_mass(segment, data, settings, at), mass)
+    speed, radius, wall = _state(segment, mass, data, settings)
+    mean = min(scale * _mean_mass(segment, data, settings, speed, radius, wall), mass)
     law = MottLaw.from_mean(mean, settings.dimension, settings.mixed_fraction)
-    return SegmentLaw(law, mass, mass / mean, speed, at.radius, at.wall, at.source, at.rate)
+    return SegmentLaw(law, mass, mass / mean, speed, radius)
 
 
-def _state(segment: CasingSegment, mass: float, data: RoundData, settings: BreakUpSettings) -> tuple[float, _Rupture]:
+def _state(
+    segment: CasingSegment, mass: float, data: RoundData, settings: BreakUpSettings
+) -> tuple[float, float, float]:
+    """Speed (m/s), and outer radius and wall at rupture (m)."""
     where = f"round {data.name!r}, segment {segment.data.name!r}"
-    speed = _speed(segment, mass, data, settings, where)
-    radius, wall, source = _at_rupture(segment, settings, where)
-    return speed, _Rupture(radius, wall, source, speed / radius)
+    return _speed(segment, mass, data, settings, where), *_at_rupture(segment, settings, where)
 
 
 def outside_of(rounds: Sequence[RoundData], settings: BreakUpSettings) -> dict[str, list[str]]:
@@ -138,7 +126,7 @@ def _speed(segment: CasingSegment, mass: float, data: RoundData, settings: Break
     return segment.data.speed
 
 
-def _at_rupture(segment: CasingSegment, settings: BreakUpSettings, where: str) -> tuple[float, float, str]:
+def _at_rupture(segment: CasingSegment, settings: BreakUpSettings, where: str) -> tuple[float, float]:
     data = segment.data
     for name, value in (("outer_radius", data.outer_radius), ("wall_thickness", data.wall_thickness)):
         if not (math.isfinite(value) and value > 0.0):
@@ -147,20 +135,21 @@ def _at_rupture(segment: CasingSegment, settings: BreakUpSettings, where: str) -
         thickness = min(data.wall_thickness, data.end - data.start)
         if data.kind == "base":
             stretch = 1.0 + settings.critical_strain
-            return stretch * data.outer_radius, thickness / stretch**2, "critical_strain"
-        return data.outer_radius, thickness, "unstretched"
-    return *mean_mass.ruptured(data.outer_radius, data.wall_thickness, settings.critical_strain), "critical_strain"
+            return stretch * data.outer_radius, thickness / stretch**2
+        return data.outer_radius, thickness
+    return mean_mass.ruptured(data.outer_radius, data.wall_thickness, settings.critical_strain)
 
 
-def _mean_mass(segment: CasingSegment, data: RoundData, settings: BreakUpSettings, at: _Rupture) -> float:
+def _mean_mass(
+    segment: CasingSegment, data: RoundData, settings: BreakUpSettings, speed: float, radius: float, wall: float
+) -> float:
+    rate = speed / radius  # of hoop strain
     if settings.mean_mass == "mott" or isinstance(settings.mean_mass, FragmentCounts):
         return mean_mass.mott_linfoot(
-            settings.prefactor, data.casing_density, at.radius, settings.fracture_energy, at.wall, at.rate * at.radius
+            settings.prefactor, data.casing_density, radius, settings.fracture_energy, wall, rate * radius
         )
     if settings.mean_mass == "mott_1947":
-        return mean_mass.mott_1947(
-            data.casing_density, settings.fracture_stress, settings.fracture_gamma, at.wall, at.rate
-        )
+        return mean_mass.mott_1947(data.casing_density, settings.fracture_stress, settings.fracture_gamma, wall, rate)
     if settings.mean_mass == "gurney_sarmousakis":
         constant = mean_mass.explosive_constant(data.explosive, settings.explosive_constant)
         before = segment.data
