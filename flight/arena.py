@@ -203,7 +203,7 @@ class ArenaTable:
             "from_deg": self.zones[:-1],
             "to_deg": self.zones[1:],
             **dict(zip(("number", "mass", "mean_speed", "max_speed"), sums, strict=True)),
-            "hazardous": np.bincount(self.zone, weights=dangerous, minlength=size),
+            "hazardous": np.bincount(self.zone, weights=dangerous, minlength=size).astype(np.float64),
         }
 
     def merged(self) -> ArenaTable:

@@ -92,8 +92,9 @@ class Completeness:
 
     def __add__(self, other: Completeness) -> Completeness:
         """Both together."""
-        *sums, _ = (getattr(self, name) + getattr(other, name) for name in self.__dataclass_fields__)
-        return Completeness(*sums, tuple(map(sum, zip(self.ended, other.ended, strict=True))))
+        names = self.__dataclass_fields__.keys() - {"ended"}
+        sums = {name: getattr(self, name) + getattr(other, name) for name in names}
+        return Completeness(**sums, ended=tuple(map(sum, zip(self.ended, other.ended, strict=True))))
 
     @property
     def reason(self) -> str:

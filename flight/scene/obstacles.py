@@ -248,7 +248,7 @@ def _tally(hits: NDArray[Any], energy: float) -> dict[str, Any]:
     }
 
 
-def _check(obstacle: Obstacle, places: tuple[str, ...], lengths: tuple[str, ...]) -> None:
+def _check(obstacle: _AlongLine | Building, places: tuple[str, ...], lengths: tuple[str, ...]) -> None:
     owner = f"obstacle {obstacle.name}"
     for what in places:
         real_array(owner, what, getattr(obstacle, what), "m", (2,))
