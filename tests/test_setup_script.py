@@ -223,7 +223,7 @@ def test_an_act_gets_its_arguments(machine: Machine) -> None:
 
 
 def test_tools_are_installed_for_the_acts_that_need_them(machine: Machine) -> None:
-    """The demonstration takes a third of what tests and documentation need; what is there is not taken away."""
+    """The demonstration goes without packages of tests and documentation; those that are there stay."""
     machine.dolfinx("0.9.0")
     python, asked = machine.tools / "python3", machine.tools.parent / "asked"
     fails = '*"-m pip"*) echo "Could not find a version" >&2; exit 1 ;;'
