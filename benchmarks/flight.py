@@ -13,8 +13,7 @@ from benchmarks.table import at_least, at_most
 from flight import Contact, Cylinder, Fragments, Panel, StandardAtmosphere, fly
 from flight.drag import Drag
 from flight.integrate.contact import Encounters
-from flight.integrate.integrator import Adaptive, Domain
-from flight.integrate.job import FlightJob
+from flight.integrate.job import Adaptive, Domain, FlightJob
 from flight.scene.scene import Scene
 
 if TYPE_CHECKING:

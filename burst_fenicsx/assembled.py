@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Sequence
-from dataclasses import replace
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from mpi4py import MPI
@@ -30,11 +30,60 @@ from burst_fenicsx.symmetry import smallest_part, symmetry_words
 from burst_fenicsx.symmetry.completion import Completion
 
 if TYPE_CHECKING:
+    from burst_fenicsx.geometries import Geometry
+    from burst_fenicsx.meshing import MeshQuality
     from burst_fenicsx.meshing.distributed import DistributedMesh
     from burst_fenicsx.meshing.mesh import CellMesh
+    from burst_fenicsx.records.surfaces import RadialSurfaces
+    from burst_fenicsx.symmetry.part import SymmetricPart
 
 
 _log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, eq=False)
+class MeshedRounds:
+    """Rounds at rest as cells, before anything is said of what they are made of.
+
+    Attributes
+    ----------
+    mesh, quality, surfaces, distributed : as of `AssembledBurst`.
+    cell_size : edge of the largest mean cell of a round (m).
+    """
+
+    mesh: Any
+    quality: MeshQuality
+    cell_size: float
+    surfaces: RadialSurfaces
+    distributed: DistributedMesh
+
+    @classmethod
+    def of(
+        cls, geometry: Geometry, part: SymmetricPart, settings: BurstSettings, standing: Sequence[Round], comm: MPI.Comm
+    ) -> MeshedRounds:
+        """Mesh the rounds of a part; `standing`: the same as they stand in the mesh."""
+        mesh, quality = geometry.make_mesh(part.rounds, part.cuts, settings)
+        cell_size = _cell_size(mesh, part.rounds, settings.cell_size)
+        mesh = split_charges(mesh) if settings.contact.charge_casing == "sliding" else mesh
+        bins = int(np.clip(max(mesh.lengths) / (1.5 * cell_size), 8, 60))
+        surfaces = radial_surfaces(mesh, standing, settings.leakage.parts, bins)
+        return cls(mesh, quality, cell_size, surfaces, geometry.distribute(comm, mesh, part.rounds))
+
+    @classmethod
+    def kept(
+        cls, geometry: Geometry, part: SymmetricPart, settings: BurstSettings, standing: Sequence[Round], comm: MPI.Comm
+    ) -> MeshedRounds:
+        """As `of`, for one round in its meridian; where the last one was the same, that again, its nodes moved back."""
+        key = (part.rounds[0].profile, settings.cell_size, settings.contact.charge_casing, settings.leakage.parts)
+        if key not in _kept:
+            _kept.clear()
+            _kept[key] = cls.of(geometry, part, settings, standing, comm)
+        kept = _kept[key]
+        kept.distributed.domain.geometry.x[:] = kept.mesh.nodes[kept.distributed.node]
+        return kept
+
+
+_kept: dict[object, MeshedRounds] = {}
 
 
 class AssembledBurst:
@@ -50,7 +99,9 @@ class AssembledBurst:
         rounds.
     """
 
-    def __init__(self, rounds: Sequence[Round], settings: BurstSettings, comm: MPI.Comm) -> None:
+    def __init__(
+        self, rounds: Sequence[Round], settings: BurstSettings, comm: MPI.Comm, *, keep_mesh: bool = False
+    ) -> None:
         _check(rounds, settings)
         self.geometry = geometry = MERIDIAN if settings.geometry == "axisymmetric" else THREE_DIMENSIONS
         self._given = settings
@@ -60,16 +111,15 @@ class AssembledBurst:
         self.settings = settings = replace(settings, planes=(*settings.planes, *self.part.rigid))
         self.comm = comm
         self._announce(len(rounds))
-        mesh, self.quality = geometry.make_mesh(self.rounds, self.part.cuts, settings)
-        self.settings = settings = replace(settings, cell_size=_cell_size(mesh, self.rounds, settings.cell_size))
-        self.mesh = mesh = split_charges(mesh) if settings.contact.charge_casing == "sliding" else mesh
-        self.fuze_density = [density_of_fuze(item) for item in self.rounds]
-        self.completion = Completion(self.part, mesh)
         standing = [replace(item, position=(0.0, 0.0, 0.0), axis=(0.0, 0.0, 1.0)) for item in self.rounds]
         standing = standing if geometry.upright else self.rounds
-        bins = int(np.clip(max(mesh.lengths) / (1.5 * settings.cell_size), 8, 60))
-        self.surfaces = radial_surfaces(mesh, standing, settings.leakage.parts, bins)
-        distributed = geometry.distribute(comm, mesh, self.rounds)
+        make = MeshedRounds.kept if keep_mesh and geometry.upright else MeshedRounds.of
+        meshed = make(geometry, self.part, settings, standing, comm)
+        self.settings = settings = replace(settings, cell_size=meshed.cell_size)
+        self.mesh, self.quality, self.surfaces = meshed.mesh, meshed.quality, meshed.surfaces
+        mesh, distributed = meshed.mesh, meshed.distributed
+        self.fuze_density = [density_of_fuze(item) for item in self.rounds]
+        self.completion = Completion(self.part, mesh)
         self.leakage = self._leakage(distributed)
         self.fields = make_fields(
             distributed,

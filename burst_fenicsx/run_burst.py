@@ -21,13 +21,14 @@ if TYPE_CHECKING:
 def simulate(
     rounds: Sequence[Round],
     settings: BurstSettings,
-    out_dir: Path,
+    out_dir: Path | None,
     *,
     comm: MPI.Comm | None = None,
     provenance: Mapping[str, str] | None = None,
     on_progress: Callable[[BurstProgress], None] | None = None,
     resume: bool = False,
     series: bool = True,
+    keep_mesh: bool = False,
 ) -> BurstResult:
     """Compute the burst and write burst.xdmf, the folder burst, burst_snapshot.h5 and, while it runs, checkpoint.h5.
 
@@ -35,12 +36,13 @@ def simulate(
     ----------
     rounds : the cased charges.
     settings : how it is computed.
-    out_dir : an existing folder.
+    out_dir : an existing folder; without one nothing is written.
     comm : communicator, by default MPI's world; the call is collective.
     provenance : written into every file.
     on_progress : called on rank 0 about five times a second.
     resume : go on from checkpoint.h5 in `out_dir` where there is one.
     series : write burst.xdmf and what else is for visualisation alone; the snapshot is written in any case.
+    keep_mesh : keep the mesh of an axisymmetric burst for the next call with the same profile and cells; one at a time.
 
     Raises
     ------
@@ -52,13 +54,15 @@ def simulate(
     """
     comm = comm or MPI.COMM_WORLD
     with _one_thread() if settings.geometry == "axisymmetric" else nullcontext():
-        simulation = Simulation(rounds, settings, out_dir, comm, dict(provenance or {}), on_progress)
-        simulation.writes_series = series
-        if resume and simulation.checkpoint_path.exists():
+        simulation = Simulation(
+            rounds, settings, out_dir, comm, dict(provenance or {}), on_progress, keep_mesh=keep_mesh
+        )
+        simulation.writes_series &= series
+        if resume and out_dir is not None and simulation.checkpoint_path.exists():
             simulation.resume()
         simulation.run()
         result = simulation.finish()
-        if comm.rank == 0:  # kept until the snapshot is whole, so that nothing is computed twice
+        if comm.rank == 0 and out_dir is not None:  # kept until the snapshot is whole: nothing is computed twice
             simulation.checkpoint_path.unlink(missing_ok=True)
     return result
 

@@ -17,7 +17,7 @@ from burst_fenicsx.assembled import AssembledBurst
 from burst_fenicsx.files.checkpoint import read_checkpoint, write_checkpoint
 from burst_fenicsx.files.output import Background, TimeSeries
 from burst_fenicsx.files.revolve import revolution, write_revolved
-from burst_fenicsx.files.snapshot import write_snapshot
+from burst_fenicsx.files.snapshot import EndState, write_snapshot
 from burst_fenicsx.kernels.constants import CHECK_INTERVAL, LARGEST_CONTACT_ERROR
 from burst_fenicsx.mechanics.erosion import erode_at_end
 from burst_fenicsx.meshing.placement import FACING, frame
@@ -67,11 +67,13 @@ class BurstResult:
     summary : the "burst" part of summary.json.
     rounds : speeds and diameters along each round at the end.
     history : the ledger's entries by name.
+    end : what the snapshot holds; of rank 0.
     """
 
     summary: dict[str, Any]
     rounds: list[RoundMeasures]
     history: dict[str, np.ndarray]
+    end: EndState | None
 
 
 class Simulation(AssembledBurst):
@@ -79,24 +81,25 @@ class Simulation(AssembledBurst):
 
     Attributes
     ----------
-    writes_series : whether burst.xdmf and what else is for visualisation alone are written.
+    writes_series : whether burst.xdmf and what else is for visualisation alone are written; not without a folder.
     acceleration_complete : when it was (s).
     """
-
-    writes_series = True
 
     def __init__(
         self,
         rounds: Sequence[Round],
         settings: BurstSettings,
-        out_dir: Path,
+        out_dir: Path | None,
         comm: MPI.Comm,
         provenance: dict[str, str],
         on_progress: Callable[[BurstProgress], None] | None = None,
+        *,
+        keep_mesh: bool = False,
     ) -> None:
         self.clocks = Clocks()
-        super().__init__(rounds, settings, comm)
+        super().__init__(rounds, settings, comm, keep_mesh=keep_mesh)
         self.out_dir = out_dir
+        self.writes_series = out_dir is not None
         self.provenance = provenance
         self.on_progress = on_progress
         self._series: TimeSeries | None = None
@@ -112,6 +115,7 @@ class Simulation(AssembledBurst):
     @property
     def checkpoint_path(self) -> Path:
         """Where the state is kept while the burst runs."""
+        assert self.out_dir is not None
         return self.out_dir / "checkpoint.h5"
 
     @property
@@ -122,7 +126,7 @@ class Simulation(AssembledBurst):
 
     def resume(self) -> None:
         """Go on from the checkpoint."""
-        records = read_checkpoint(self.checkpoint_path, self.solver, self.key)
+        records = read_checkpoint(self.checkpoint_path, self.solver, self.key, self.provenance)
         self.interpenetration.largest = records["passed_through"]
         self.exposures.values[:] = records["exposure"]
         self.acceleration.restore(records["acceleration"], records["touched"])
@@ -213,7 +217,7 @@ class Simulation(AssembledBurst):
         return 0.0 < burning.end <= self.solver.time and not pressed
 
     def _open_series(self) -> None:
-        if self.comm.rank == 0 and self.writes_series:
+        if self.comm.rank == 0 and self.out_dir is not None and self.writes_series:
             self._series = TimeSeries(
                 self.out_dir / "burst", self.completion.cells, self.provenance, resume_at=self._resumed_at
             )
@@ -282,6 +286,8 @@ class Simulation(AssembledBurst):
             _carry(groups, frame(self.rounds[0].axis), self.rounds[0].position)
 
     def _write_checkpoint(self) -> None:
+        if self.out_dir is None:
+            return
         self._finish_series()  # whoever resumes from here needs the outputs before it
         self._checkpoint_at = clock.perf_counter()
         records = {
@@ -352,21 +358,22 @@ class Simulation(AssembledBurst):
             self._write_revolved()
         self._finish_series()
         self._writing.close()
+        end = None
         if self.comm.rank == 0:
             names = whole.names
-            write_snapshot(
-                self.out_dir / "burst_snapshot.h5",
+            end = EndState(
                 self.solver.time,
                 whole.point_fields(nodes),
                 {"nodes": whole.cells, **names, "part": names["part"].astype(np.uint8), **whole.cell_fields(cells)},
                 records,
                 along,
                 history,
-                self.provenance,
                 [plane for plane in self._given.planes if isinstance(plane, Mirror)],
-                geometry=self.geometry.name,
+                self.geometry.name,
             )
-        return BurstResult(summary, along, history)
+            if self.out_dir is not None:
+                write_snapshot(self.out_dir / "burst_snapshot.h5", end, self.provenance)
+        return BurstResult(summary, along, history, end)
 
     def speed_factors(self) -> np.ndarray:
         """Speeds that fragments start with over those at the end (rounds,); 1 of an end that was given, never less."""
@@ -389,6 +396,7 @@ class Simulation(AssembledBurst):
         start = {"reference": self.mesh.nodes}
         self._to_world(points, cells, start)
         swept = revolution(start["reference"], self.mesh.cells, self.rounds[0].position, self.rounds[0].axis)
+        assert self.out_dir is not None  # it writes the series
         path = self.out_dir / "burst_revolved"
         write_revolved(path, swept, self.solver.time, points.pop("position"), points, cells, self.provenance)
 

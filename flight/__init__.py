@@ -19,18 +19,16 @@ if TYPE_CHECKING:
     from flight.drag import Drag
     from flight.errors import FlightWarning, InputError, NotDeterminedError
     from flight.fragments import Fragments
-    from flight.hazard.flown import hazard_distance
+    from flight.hazard.pool import hazard_distance
     from flight.integrate.contact import Contact
     from flight.integrate.fly import fly, range_table
-    from flight.integrate.integrator import Adaptive, Domain, FixedStep
-    from flight.integrate.job import FlightProgress
+    from flight.integrate.job import Adaptive, Domain, FixedStep, FlightProgress
     from flight.path import DANGER, FlightPath
-    from flight.result import FlightResult
-    from flight.rows import CONTACTS, HITS, LANDING, OBSTACLE_HITS, Status, Trajectories, to_pandas
+    from flight.result import CONTACTS, HITS, LANDING, OBSTACLE_HITS, FlightResult, Status, Trajectories, to_pandas
     from flight.scene.air import VACUUM, ConstantAir, StandardAtmosphere
-    from flight.scene.height_map import HeightMap
     from flight.scene.obstacles import Barricade, Building, Wall
     from flight.scene.ricochet import Ricochet
+    from flight.scene.scene import HeightMap
     from flight.scene.targets import Cylinder, Panel, Polygon
     from flight.scene.wind import Wind
 
@@ -82,15 +80,14 @@ __getattr__, __dir__ = lazy_names(
         "flight.drag": "Drag",
         "flight.errors": "FlightWarning InputError NotDeterminedError",
         "flight.fragments": "Fragments",
-        "flight.hazard.flown": "hazard_distance",
+        "flight.hazard.pool": "hazard_distance",
         "flight.integrate.contact": "Contact",
         "flight.integrate.fly": "FlightProgress fly range_table",
-        "flight.integrate.integrator": "Adaptive Domain FixedStep",
+        "flight.integrate.job": "Adaptive Domain FixedStep",
         "flight.path": "DANGER FlightPath",
-        "flight.result": "FlightResult",
-        "flight.rows": "CONTACTS HITS LANDING OBSTACLE_HITS Status Trajectories to_pandas",
+        "flight.result": "CONTACTS HITS LANDING OBSTACLE_HITS FlightResult Status Trajectories to_pandas",
         "flight.scene.air": "VACUUM ConstantAir StandardAtmosphere",
-        "flight.scene.height_map": "HeightMap",
+        "flight.scene.scene": "HeightMap",
         "flight.scene.obstacles": "Barricade Building Wall",
         "flight.scene.ricochet": "Ricochet",
         "flight.scene.targets": "Cylinder Panel Polygon",

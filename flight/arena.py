@@ -172,15 +172,11 @@ class ArenaTable:
         zone = np.minimum((np.asarray(polar, dtype=np.float64) / width).astype(np.int64), count - 1)
         group = np.maximum(0, np.floor(PER_OCTAVE * np.log2(mass / LIGHTEST)).astype(np.int64) + 1)
         key, inverse = np.unique(zone * 10_000 + group, return_inverse=True)
-        numbers = np.bincount(inverse).astype(np.float64)
-        total = np.bincount(inverse, weights=mass)
-        moment = np.bincount(inverse, weights=mass * speed)
-        largest = np.zeros(len(key))
-        np.maximum.at(largest, inverse, speed)
+        numbers, total, mean, largest = _sums(inverse, len(key), np.ones_like(mass), mass, speed, speed)
         groups = key % 10_000
         low = np.where(groups > 0, LIGHTEST * 2.0 ** ((groups - 1) / PER_OCTAVE), 0.0)
         high = LIGHTEST * 2.0 ** (groups / PER_OCTAVE)
-        rows = (key // 10_000, low, high, numbers / rounds, total / numbers, moment / total, largest)
+        rows = (key // 10_000, low, high, numbers / rounds, total / numbers, mean, largest)
         return cls.of_rows(np.arange(count + 1) * width, *rows)
 
     @classmethod
@@ -201,19 +197,13 @@ class ArenaTable:
         `hazardous` are those with a kinetic energy of `energy` (J) or more at launch.
         """
         size = len(self.zones) - 1
-        mass = np.bincount(self.zone, weights=self.number * self.mass, minlength=size)
-        moment = np.bincount(self.zone, weights=self.number * self.mass * self.speed, minlength=size)
+        sums = _sums(self.zone, size, self.number, self.number * self.mass, self.speed, self.max_speed)
         dangerous = self.number * (0.5 * self.mass * self.speed**2 >= energy)
-        largest = np.zeros(size)
-        np.maximum.at(largest, self.zone, self.max_speed)
         return {
             "from_deg": self.zones[:-1],
             "to_deg": self.zones[1:],
-            "number": np.bincount(self.zone, weights=self.number, minlength=size),
-            "mass": mass,
-            "mean_speed": moment / np.maximum(mass, 1e-300),
-            "max_speed": largest,
-            "hazardous": np.bincount(self.zone, weights=dangerous, minlength=size),
+            **dict(zip(("number", "mass", "mean_speed", "max_speed"), sums, strict=True)),
+            "hazardous": np.bincount(self.zone, weights=dangerous, minlength=size).astype(np.float64),
         }
 
     def merged(self) -> ArenaTable:
@@ -221,14 +211,10 @@ class ArenaTable:
         zones = np.append(self.zones[:-1:2], self.zones[-1])
         zone = self.zone // 2
         key, inverse = np.unique(np.column_stack([zone, self.mass_from, self.mass_to]), axis=0, return_inverse=True)
-        inverse = inverse.ravel()
-        number, mass, moment = (
-            np.bincount(inverse, weights=weights).astype(np.float64)
-            for weights in (self.number, self.number * self.mass, self.number * self.mass * self.speed)
+        number, mass, speed, largest = _sums(
+            inverse.ravel(), len(key), self.number, self.number * self.mass, self.speed, self.max_speed
         )
-        largest = np.zeros(len(key))
-        np.maximum.at(largest, inverse, self.max_speed)
-        mean, speed = mass / np.maximum(number, 1e-300), moment / np.maximum(mass, 1e-300)
+        mean = mass / np.maximum(number, 1e-300)
         return ArenaTable(zones, key[:, 0].astype(np.int64), key[:, 1], key[:, 2], number, mean, speed, largest)
 
     def realisation(
@@ -263,7 +249,9 @@ class ArenaTable:
         sine = np.sqrt(np.maximum(1.0 - cosine**2, 0.0))
         require_number("arena", "shape_factor", shape_factor, "kg/m3")
         place = real_array("arena", "position", position, "m")
-        along = real_array("arena", "axis", axis, "")
+        along = real_array("arena", "axis", axis, "", (3,))
+        if not along.any():
+            raise InputError("arena: axis is [0, 0, 0], needed: a direction")
         along = along / np.linalg.norm(along)
         first = np.cross(along, np.eye(3)[int(np.argmin(np.abs(along)))])
         first = first / np.linalg.norm(first)
@@ -329,6 +317,18 @@ class ArenaTable:
             )  # fmt: skip
         except InputError as error:
             raise InputError(f"{path}: {error}") from None
+
+
+def _sums(
+    row: NDArray[np.intp], size: int, number: Array, mass: Array, speed: Array, max_speed: Array
+) -> tuple[Array, Array, Array, Array]:
+    """Numbers, masses (kg), mean speeds by mass and largest speeds (size,) of what goes into each row."""
+    numbers, masses, moments = (
+        np.bincount(row, weights=one, minlength=size).astype(np.float64) for one in (number, mass, mass * speed)
+    )
+    largest = np.zeros(size)
+    np.maximum.at(largest, row, max_speed)
+    return numbers, masses, moments / np.maximum(masses, 1e-300), largest
 
 
 @lru_cache(maxsize=8)

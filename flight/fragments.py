@@ -200,7 +200,9 @@ class Fragments:
 
 
 def _read_hdf5(path: Path) -> tuple[dict[str, NDArray[np.float64]], list[str]]:
-    if path.suffix.lower() not in (".h5", ".hdf5") and path.is_file() and not _is_hdf5(path):
+    import h5py
+
+    if path.suffix.lower() not in (".h5", ".hdf5") and path.is_file() and not h5py.is_hdf5(path):
         raise InputError(f"{path}: neither fragments in HDF5 (.h5) nor a .csv file{import_hint(path)}")
     with open_checked(path, _FORMAT, _FORMAT_VERSION) as file:
         group = group_of(file, "fragments")
@@ -210,11 +212,6 @@ def _read_hdf5(path: Path) -> tuple[dict[str, NDArray[np.float64]], list[str]]:
         arrays = {name: numbers(group, name, InputError, str(path)) for name in ARRAYS}
         names = texts(file, "round_names", InputError, str(path)) if "round_names" in file else []
     return arrays, names
-
-
-def _is_hdf5(path: Path) -> bool:
-    with path.open("rb") as file:
-        return file.read(8) == b"\x89HDF\r\n\x1a\n"
 
 
 def fragment_columns(arrays: Mapping[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
@@ -276,18 +273,21 @@ def _spread(array: NDArray[Any], shape: tuple[int, ...]) -> NDArray[Any]:
 
 
 def _check(fragments: Fragments) -> None:
-    source, number = "fragments", len(fragments)
-    if fragments.round_names and number and int(fragments.round.max()) >= len(fragments.round_names):
+    if fragments.round_names and len(fragments) and int(fragments.round.max()) >= len(fragments.round_names):
         raise InputError(
-            f"{source}: round {int(fragments.round.max())} has no name; there are {len(fragments.round_names)} names"
+            f"fragments: round {int(fragments.round.max())} has no name; there are {len(fragments.round_names)} names"
         )
     for name, (low, high) in _POSSIBLE.items():
         value = getattr(fragments, name)
         each = value.reshape(len(value), value.size // max(len(value), 1))
-        _refuse(
-            source, name, value, ~((each >= low) & (each <= high)).all(axis=1),
-            f"from {low:g} to {high:g} {_UNITS[name]}",
-        )  # fmt: skip
+        bad = ~((each >= low) & (each <= high)).all(axis=1)
+        if bad.any():
+            first = int(np.argmax(bad))
+            more = f", and {int(bad.sum()) - 1} more" if bad.sum() > 1 else ""
+            raise InputError(
+                f"fragments: {name} of fragment {first} is {value[first]}{more}; needed: from {low:g} to {high:g} "
+                f"{_UNITS[name]}"
+            )
 
 
 def shaped(fragments: Fragments, shape: Shape, seed: int = 0) -> Fragments:
@@ -298,10 +298,3 @@ def shaped(fragments: Fragments, shape: Shape, seed: int = 0) -> Fragments:
     if not isinstance(shape, Shape):
         raise InputError(f"shape is {shape!r}, allowed: flight.shape.Mean, Lognormal or Box")
     return replace(fragments, shape_factor=shape.factors(np.stack([fragments.round, fragments.segment], axis=1), seed))
-
-
-def _refuse(source: str, name: str, value: NDArray[Any], bad: NDArray[np.bool_], needed: str) -> None:
-    if bad.any():
-        first = int(np.argmax(bad))
-        more = f", and {int(bad.sum()) - 1} more" if bad.sum() > 1 else ""
-        raise InputError(f"{source}: {name} of fragment {first} is {value[first]}{more}; needed: {needed}")

@@ -53,22 +53,32 @@ class RoundRecord:
     segments: tuple[SegmentRecord, ...]
 
 
-def write_snapshot(
-    path: Path,
-    time: float,
-    nodes: Mapping[str, np.ndarray],
-    cells: Mapping[str, np.ndarray],
-    rounds: Sequence[RoundRecord],
-    along: Sequence[RoundMeasures],
-    history: Mapping[str, np.ndarray],
-    provenance: Mapping[str, str],
-    symmetry: Sequence[Mirror] = (),
-    geometry: str = "3d",
-) -> None:
-    """Write the snapshot; an older one of the same name is replaced only when the new one is whole.
+@dataclass(frozen=True, eq=False)
+class EndState:
+    """The end of a burst, as its snapshot holds it.
 
-    `symmetry` are the planes behind which mirrored rounds stand, for the break-up to add. `geometry` is "3d", or
-    "axisymmetric": then cells are quadrilaterals (m, 4) of one round's half plane, with the masses of whole rings.
+    Attributes
+    ----------
+    time : s.
+    nodes, cells, history : arrays by name. Cells are hexahedra (m, 8), or of an axisymmetric burst quadrilaterals
+        (m, 4) of one round's half plane, with the masses of whole rings.
+    rounds, along : of every round.
+    planes : behind which mirrored rounds stand, for the break-up to add.
+    geometry : "3d" or "axisymmetric".
+    """
+
+    time: float
+    nodes: Mapping[str, np.ndarray]
+    cells: Mapping[str, np.ndarray]
+    rounds: Sequence[RoundRecord]
+    along: Sequence[RoundMeasures]
+    history: Mapping[str, np.ndarray]
+    planes: Sequence[Mirror] = ()
+    geometry: str = "3d"
+
+
+def write_snapshot(path: Path, end: EndState, provenance: Mapping[str, str]) -> None:
+    """Write the snapshot; an older one of the same name is replaced only when the new one is whole.
 
     Raises
     ------
@@ -78,19 +88,16 @@ def write_snapshot(
     with creating(path, InputError) as file:
         file.attrs["format"] = FORMAT
         file.attrs["format_version"] = FORMAT_VERSION
-        file.attrs["time"] = time
-        file.attrs["geometry"] = geometry
+        file.attrs["time"] = end.time
+        file.attrs["geometry"] = end.geometry
         for key, text in provenance.items():
             file.attrs[key] = text
-        for name, values in nodes.items():
-            file[f"nodes/{name}"] = values
-        for name, values in cells.items():
-            file[f"cells/{name}"] = values
-        for name, values in history.items():
-            file[f"history/{name}"] = values
-        for index, (record, measure) in enumerate(zip(rounds, along, strict=True)):
+        for folder in ("nodes", "cells", "history"):
+            for name, values in getattr(end, folder).items():
+                file[f"{folder}/{name}"] = values
+        for index, (record, measure) in enumerate(zip(end.rounds, end.along, strict=True)):
             _write_round(file.create_group(f"rounds/{index}"), record, measure)
-        for index, plane in enumerate(symmetry):
+        for index, plane in enumerate(end.planes):
             group = file.create_group(f"planes/{index}")
             for name in ("name", "point", "normal"):
                 group.attrs[name] = getattr(plane, name)

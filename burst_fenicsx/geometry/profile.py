@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -202,17 +203,7 @@ class Profile:
 
     def volumes(self, start: float = 0.0, end: float | None = None) -> PartVolumes:
         """Return the exact volumes of the parts between two stations (the whole round by default)."""
-        last = self.length if end is None else end
-        cavity = self.cavity.volume(start, last)
-        charge = self.cavity.volume(max(start, self.charge_front), last) if last > self.charge_front else 0.0
-        front = cavity - charge if start < self.charge_front else 0.0
-        inert = self.fuze is not None and self.fuze.fill == "inert"
-        return PartVolumes(
-            casing=self.outer.volume(start, last) - cavity,
-            charge=charge,
-            fuze=front if inert else 0.0,
-            void=0.0 if inert else front,
-        )
+        return _volumes(self, start, self.length if end is None else end)
 
     def section(self, station: ArrayLike) -> CrossSection:
         """Return radii and wall at stations.
@@ -238,3 +229,17 @@ class Profile:
         inner = np.where(hollow, self.cavity.radius(np.clip(place, self.cavity.start, self.cavity.end)), 0.0)
         charge = np.where(place >= self.charge_front, inner, 0.0)
         return CrossSection(outer, inner, outer - inner, charge)
+
+
+@lru_cache(maxsize=256)  # a case asks for each of its segments a dozen times
+def _volumes(profile: Profile, start: float, end: float) -> PartVolumes:
+    cavity = profile.cavity.volume(start, end)
+    charge = profile.cavity.volume(max(start, profile.charge_front), end) if end > profile.charge_front else 0.0
+    front = cavity - charge if start < profile.charge_front else 0.0
+    inert = profile.fuze is not None and profile.fuze.fill == "inert"
+    return PartVolumes(
+        casing=profile.outer.volume(start, end) - cavity,
+        charge=charge,
+        fuze=front if inert else 0.0,
+        void=0.0 if inert else front,
+    )

@@ -81,11 +81,19 @@ class DistributedMesh:
 
     def cell_space(self, size: int = 1, points: int = 1) -> Any:  # noqa: ANN401
         """Functions of `size` components, constant in each cell or known at its points, numbered as the cells here."""
+        if (size, points) in self._cell_spaces:
+            return self._cell_spaces[size, points]
         make = compat.cell_space if points == 1 else compat.quadrature_space
         topology = self.domain.topology
         index_map = compat.renumbered_map(self.comm, topology.index_map(topology.dim), self.row, points)
         dofmap = points * self.row[:, None] + np.arange(points, dtype=np.int32)
-        return compat.renumbered_space(make(self.domain, size), index_map, dofmap)
+        space = compat.renumbered_space(make(self.domain, size), index_map, dofmap)
+        self._cell_spaces[size, points] = space
+        return space
+
+    @cached_property
+    def _cell_spaces(self) -> dict[tuple[int, int], Any]:
+        return {}
 
     def local_node(self, numbers: np.ndarray) -> np.ndarray:
         """Local nodes (int32) of nodes of the mesh that was given, in the shape of `numbers`; -1 where absent."""

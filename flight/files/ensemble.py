@@ -31,8 +31,7 @@ from flight.files.hdf5 import open_checked, put, put_texts, write_attributes
 from flight.files.text_tables import write_columns
 from flight.fragments import ARRAYS, Fragments
 from flight.hazard.criteria import Criteria, hit_probability
-from flight.hazard.density.distance import ExpectedDistance
-from flight.hazard.density.expected import KINDS
+from flight.hazard.density.expected import KINDS, ExpectedDistance
 from flight.hazard.density.sectors import SECTOR_HITS, Tally
 from flight.hazard.ensemble import EnsembleHazard
 from fragfield_base.arrays import numbers, texts

@@ -6,13 +6,11 @@ from flight.fluence import PolarGrid
 from flight.hazard.criteria import Criteria, hit_probability
 from flight.hazard.density.density_counts import DensityGroups, density_counts
 from flight.hazard.density.directions import Directions
-from flight.hazard.density.distance import ExpectedDistance
-from flight.hazard.density.expected import expected_distance
+from flight.hazard.density.expected import ExpectedDistance, expected_distance
 from flight.hazard.density.sectors import Tally, by_azimuth, density_on, tally
 from flight.hazard.ensemble import EnsembleHazard
 from flight.hazard.exposed import Prism, count_exposed, surfaces_of
-from flight.hazard.flown import ensemble_hazard
-from flight.hazard.pool import FlightCounts, PooledFlights
+from flight.hazard.pool import FlightCounts, PooledFlights, ensemble_hazard
 
 __all__ = [
     "Criteria",

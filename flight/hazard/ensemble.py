@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from flight.hazard.criteria import Criteria
-    from flight.hazard.density.distance import ExpectedDistance
+    from flight.hazard.density.expected import ExpectedDistance
     from flight.hazard.density.sectors import Tally
     from flight.hazard.integral import Integral
 

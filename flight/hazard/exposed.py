@@ -19,9 +19,8 @@ import numpy as np
 
 from flight.arguments import real_array, require_numbers
 from flight.errors import InputError
-from flight.rows import Status
-from flight.scene.plan import signed_area
-from flight.scene.targets import Panel, Polygon
+from flight.result import Status
+from flight.scene.targets import Panel, Polygon, signed_area
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 
     from flight.hazard.criteria import Criteria
     from flight.hazard.density.directions import Directions
-    from flight.hazard.density.distance import ExpectedDistance
+    from flight.hazard.density.expected import ExpectedDistance
     from flight.scene.air import Air
 
     Array = NDArray[np.float64]
@@ -212,12 +212,9 @@ def integrate(
     require_number("integrate", "points", points, "", low=2.0, high=float(2**20))
     require_number("integrate", "scatter", source.scatter, "rad", low=SMALLEST_SCATTER)
     drag, law = Drag.of(drag), Ricochet.of(ricochet)
-    rows, bins, bins_per_mach = drag.table()
-    table = (air or StandardAtmosphere()).table()
     around = motion.Surroundings(
-        table.bottom, table.step, table.pieces, table.site_altitude, rows, bins, bins_per_mach, np.zeros((0, 9)),
-        ground, float(gravity),
-    )  # fmt: skip
+        *(air or StandardAtmosphere()).table(), *drag.table(), np.zeros((0, 9)), ground, float(gravity)
+    )
     near = criteria.fluence_grid(directions.grid).table()
     scatter = _scatter(source, directions, origin)
     shape = (weighted.QUANTITIES, directions.grid.shape[1], 1 if directions.axisymmetric else directions.grid.shape[0])

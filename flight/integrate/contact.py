@@ -1,17 +1,22 @@
-"""Collisions between fragments in the first metres, where the clouds of a stack cross."""
+"""Collisions between fragments in the first metres, where the clouds of a stack cross, and flights between them.
+
+Flights are in legs: from launch to the first impact, from one impact to the next, and from the last one to the end.
+Every leg is flown by the same kernel, with the same witnesses and the same errors as a flight without impacts; a
+fragment that is never struck has one leg and flies as if contact were off, to the last bit.
+"""
 
 from __future__ import annotations
 
 import math
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
 
 from flight.arguments import require_number, require_numbers
 from flight.errors import InputError
-from flight.rows import CONTACTS
+from flight.result import CONTACTS, Status, Trajectories
 from fragfield_base.bounds import Bounds
 from fragfield_base.errors import names_allowed
 from fragfield_base.inputs import Density, PositiveLength, Time
@@ -24,6 +29,7 @@ if TYPE_CHECKING:
     from flight.fragments import Fragments
     from flight.kernels.contacts import Spheres, Touch
     from flight.kernels.motion import Surroundings
+    from flight.result import Flown
 
 
 COMPARED = 10.0  # pairs a fragment that a window aims at: fewer make windows short, more make them expensive
@@ -139,9 +145,11 @@ class Encounters:
 
     def _follow(self, of_all: Callable[..., Iterable[Any]]) -> NDArray[np.float64]:
         """Window after window; returns the rows that the kernel logged. `of_all` is `map`, or that of a pool."""
-        from flight.kernels.contacts import LOG_COLUMNS
+        from flight.kernels.contacts import LOG_COLUMNS, Touch
 
-        spheres, touch = self._spheres(), self._touch()
+        friction = math.tan(math.radians(self.contact.friction_angle_deg))
+        touch = Touch(self.contact.restitution, friction, self.contact.min_speed, self.contact.duration, self.ground)
+        spheres = self._spheres()
         launch, fastest = spheres.state[:, :3].copy(), float(self.fragments.speed.max(initial=0.0))
         shortest = min(float(spheres.radius.mean()) / max(fastest, 1e-3), self.contact.time_limit)
         active, log, step = np.arange(len(launch)), [], shortest
@@ -172,13 +180,12 @@ class Encounters:
     ) -> tuple[float, int, NDArray[np.float64]]:
         """One window: the largest |a| / |v| (1/s), how many pairs were compared, and the contacts."""
         from flight.kernels import contacts as kernel
-        from flight.kernels.cells import fill_cells
 
         parts = np.array_split(active, self.threads)
         rate = max(of_all(lambda part: kernel.advance(part, spheres, self.around, until), parts))
         extent = float((spheres.boxes[active, 3:] - spheres.boxes[active, :3]).mean())
         cell = math.inf if self.one_cell else CELL * extent
-        starts, member, place = fill_cells(active, spheres.boxes, cell, spheres.cells)
+        starts, member, place = kernel.fill_cells(active, spheres.boxes, cell, spheres.cells)
         bounds = np.linspace(0, len(starts) - 1, self.threads + 1).astype(np.int64)
         several = list(
             of_all(
@@ -193,13 +200,6 @@ class Encounters:
             np.empty((64, kernel.LOG_COLUMNS)),
         )  # fmt: skip
         return rate, sum(one[0] for one in several), log[:rows]
-
-    def _touch(self) -> Touch:
-        from flight.kernels.contacts import Touch
-
-        contact = self.contact
-        friction = math.tan(math.radians(contact.friction_angle_deg))
-        return Touch(contact.restitution, friction, contact.min_speed, contact.duration, self.ground)
 
     def _spheres(self) -> Spheres:
         from flight.kernels.contacts import PARTNERS, Spheres
@@ -291,3 +291,93 @@ def _table(log: NDArray[np.float64], order: NDArray[np.int64]) -> NDArray[Any]:
         low, high = log[:, column : column + 3], log[:, column + 3 : column + 6]
         table[f"first_{name}"], table[f"second_{name}"] = np.where(as_is, low, high), np.where(as_is, high, low)
     return table
+
+
+@dataclass(frozen=True, eq=False)
+class Legs:
+    """All legs, by fragment and then time."""
+
+    launched: Fragments
+    """The fragments at launch."""
+    fragments: Fragments
+    """The same at the start of every leg."""
+    clock: NDArray[np.float64]
+    """(legs, 2) float64: start and latest end of each (s), infinite for a fragment's last."""
+    first: NDArray[np.int64]
+    """(n + 1,) int64: first leg of each fragment, and the number of legs."""
+
+    @property
+    def owner(self) -> NDArray[np.int64]:
+        """Fragment of each leg."""
+        return np.repeat(np.arange(len(self.launched)), np.diff(self.first))
+
+    def of(self, chosen: NDArray[np.int64]) -> NDArray[np.int64]:
+        """All legs of the chosen fragments, one fragment after the other."""
+        return np.concatenate([np.arange(self.first[i], self.first[i + 1]) for i in chosen] or [np.zeros(0, np.int64)])
+
+    def join(self, run: Flown) -> Flown:
+        """What a flight gave for the legs, for the fragments."""
+        owner, starts, last = self.owner, self.first[:-1], self._last(run.landing)
+        rows = run.landing[last]
+        launch_speed = np.linalg.norm(self.launched.velocity, axis=1)
+        rows["fragment"], rows["initial_speed"] = np.arange(len(rows)), launch_speed
+
+        def of_fragments(table: NDArray[Any]) -> NDArray[Any]:
+            table = table[table["fragment"] <= last[owner[table["fragment"]]]]
+            table["fragment"] = owner[table["fragment"]]
+            if "initial_speed" in (table.dtype.names or ()):
+                table["initial_speed"] = launch_speed[table["fragment"]]
+            return table
+
+        joined = np.add.reduceat(run.extremes, starts)
+        joined[:, 2] = np.minimum.reduceat(run.extremes[:, 2], starts)
+        joined[:, 3] = np.maximum.reduceat(run.extremes[:, 3], starts)
+        return replace(
+            run, landing=rows, extremes=joined,
+            **{name: of_fragments(getattr(run, name)) for name in ("hits", "struck", "ricochet_hits", "ricochets")},
+        )  # fmt: skip
+
+    def _last(self, landing: NDArray[Any]) -> NDArray[np.int64]:
+        """Last leg of each fragment (n,): one that ended otherwise than by its clock."""
+        number = np.arange(len(landing))
+        stopped = (landing["status"] != Status.TIME_OUT) | np.isinf(self.clock[:, 1])
+        return np.asarray(np.minimum.reduceat(np.where(stopped, number, len(landing)), self.first[:-1]))
+
+    def last(self, landing: NDArray[Any]) -> NDArray[np.int64]:
+        """The leg after the last contact of each fragment whose flight (`landing`) has not ended before."""
+        begin = self.first[1:] - 1
+        return begin[landing["time"] >= self.clock[begin, 0]]
+
+    def flown(self, landing: NDArray[Any]) -> NDArray[np.int64]:
+        """Legs that were flown: none after its fragment's last."""
+        number = np.arange(len(landing))
+        return number[number <= self._last(landing)[self.owner]]
+
+    def join_paths(self, chosen: NDArray[np.int64], paths: Trajectories) -> Trajectories:
+        """Paths of the chosen fragments from those of all their legs."""
+        counts = np.diff(self.first)[chosen]
+        starts = paths.start[np.concatenate([[0], np.cumsum(counts)])]
+        return Trajectories(chosen, starts, paths.time, paths.position, paths.velocity)
+
+
+def legs_between(fragments: Fragments, contacts: NDArray[Any]) -> Legs:
+    """Legs of fragments between their contacts (`flight.integrate.contact.CONTACTS`)."""
+    number = len(fragments)
+    who = np.concatenate([np.arange(number), contacts["first"], contacts["second"]])
+    time = np.concatenate([np.zeros(number), contacts["time"], contacts["time"]])
+    position = np.concatenate([fragments.position, contacts["first_position"], contacts["second_position"]])
+    velocity = np.concatenate([fragments.velocity, contacts["first_after"], contacts["second_after"]])
+    order = np.lexsort((np.arange(len(who)), time, who))
+    who, time = who[order], time[order]
+    same = np.append(who[1:] == who[:-1], False)
+    end = np.where(same, np.append(time[1:], 0.0), np.inf)
+    lasting = end > time  # two contacts at one moment leave nothing to fly between them
+    order, who = order[lasting], who[lasting]
+    flown = replace(fragments.select(who), position=position[order], velocity=velocity[order])
+    first = np.searchsorted(who, np.arange(number + 1))
+    return Legs(
+        fragments,
+        flown,
+        np.stack([time[lasting], end[lasting]], axis=1),
+        first.astype(np.int64),
+    )

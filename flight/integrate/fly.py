@@ -13,17 +13,13 @@ from flight.drag import Drag
 from flight.errors import DragTableWarning, FlightWarning, InputError
 from flight.fluence import FluenceGrid, Weights
 from flight.fragments import Fragments, shaped
-from flight.integrate.contact import Contact, Encounters
-from flight.integrate.integrator import Adaptive, Domain, FixedStep
-from flight.integrate.job import FlightJob, FlightProgress
-from flight.integrate.legs import legs_between
-from flight.result import FlightResult
-from flight.rows import Status
+from flight.integrate.contact import Contact, Encounters, legs_between
+from flight.integrate.job import Adaptive, Domain, FixedStep, FlightJob, FlightProgress
+from flight.result import FlightResult, Status
 from flight.scene.air import STANDARD_GRAVITY, Air, ConstantAir, StandardAtmosphere
-from flight.scene.height_map import HeightMap
 from flight.scene.obstacles import Barricade, Building, Wall
 from flight.scene.ricochet import DEFAULT, Ricochet
-from flight.scene.scene import Scene
+from flight.scene.scene import HeightMap, Scene
 from flight.scene.targets import Cylinder, Panel, Polygon
 from flight.scene.wind import Wind
 from flight.shape import DEFAULT_SHAPE_FACTOR, describe
@@ -36,8 +32,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, NDArray
 
-    from flight.integrate.integrator import Integrator
-    from flight.rows import Flown
+    from flight.integrate.job import Integrator
+    from flight.result import Flown
     from flight.scene.obstacles import Obstacle
     from flight.scene.targets import Witness
     from flight.shape import Shape
@@ -262,7 +258,7 @@ def _air(value: Air | str | float, ground: float | HeightMap | None) -> Air:
         return names[value]
     if isinstance(value, int | float):
         return ConstantAir(float(value))
-    if not hasattr(value, "table"):
+    if not isinstance(value, Air):
         raise InputError(f"air is {value!r}; allowed: a name, a density, flight.ConstantAir or StandardAtmosphere")
     return value
 

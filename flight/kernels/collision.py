@@ -19,9 +19,8 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["SCRATCH_ROWS", "first_collision", "path_state", "strike"]
-
-SCRATCH_ROWS = STACK_SHAPE[0] + 4  # rows of LARGEST_DEGREE + 3 numbers: the stack of roots, then the relative path
+# rows of LARGEST_DEGREE + 3 numbers: the stack of roots, then the relative path, and a state on it
+SCRATCH_ROWS = STACK_SHAPE[0] + 4
 TOUCHING = 1e-9  # share of the reach; closer than that counts as touching, not as overlapping
 
 
@@ -66,7 +65,7 @@ def first_collision(
     length = end - start
     if length <= 0.0:
         return math.inf
-    relative = scratch[STACK_SHAPE[0] : STACK_SHAPE[0] + 3]
+    relative, state = scratch[STACK_SHAPE[0] : STACK_SHAPE[0] + 3], scratch[STACK_SHAPE[0] + 3]
     if first_start < start:
         _restrict(first, (start - first_start) / (end - first_start), relative)
         for axis in range(3):
@@ -97,7 +96,7 @@ def first_collision(
             for j in range(i):
                 coefficients[i + j] += 2.0 * PRODUCT[i, j] * p[i] * p[j]
         farthest += largest
-    if -TOUCHING * squared < coefficients[0] <= 0.0 and _closing(relative, length, 0.0, min_speed):
+    if -TOUCHING * squared < coefficients[0] <= 0.0 and _closing(relative, length, 0.0, min_speed, state):
         return start
     changes = 0
     for k in range(LARGEST_DEGREE):
@@ -106,7 +105,7 @@ def first_collision(
         return math.inf  # at no time, or apart for good from an overlap at the start
     found = sign_changes(scratch[: STACK_SHAPE[0]], LARGEST_DEGREE, farthest, roots)
     for k in range(found):
-        if _closing(relative, length, roots[k], min_speed):
+        if _closing(relative, length, roots[k], min_speed, state):
             return start + roots[k] * length
     return math.inf
 
@@ -140,18 +139,13 @@ def _stays_apart(relative: Array, reach: float) -> bool:
 
 
 @inner_kernel()
-def _closing(relative: Array, length: float, theta: float, min_speed: float) -> bool:
+def _closing(relative: Array, length: float, theta: float, min_speed: float, state: Array) -> bool:
     """Return whether the distance falls faster than `min_speed` at a position of the relative path."""
-    s, t = 1.0 - theta, theta
-    w0, w1, w2, w3, w4 = s * s * s * s, 4.0 * s * s * s * t, 6.0 * s * s * t * t, 4.0 * s * t * t * t, t * t * t * t
+    path_state(relative, length, theta, state)
     distance = rate = 0.0
     for axis in range(3):
-        p = relative[axis]
-        low = w0 * p[0] + w1 * p[1] + w2 * p[2] + w3 * p[3] + w4 * p[4]
-        high = w0 * p[1] + w1 * p[2] + w2 * p[3] + w3 * p[4] + w4 * p[5]
-        position = s * low + t * high
-        distance += position * position
-        rate += position * 5.0 * (high - low) / length
+        distance += state[axis] * state[axis]
+        rate += state[axis] * state[3 + axis]
     return rate < -min_speed * math.sqrt(distance)
 
 

@@ -12,19 +12,18 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from flight.kernels.compiling import inner_kernel
+from flight.kernels.faces import cross_plane, dense_state
 from flight.kernels.motion import LANES, NEW, STATE
-from flight.kernels.surfaces import cross_plane, dense_state
 from flight.kernels.terrain import height_at
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from flight.kernels.events import Limits
+    from flight.kernels.faces import Scratch
     from flight.kernels.terrain import Terrain
 
     Array = NDArray[np.float64]
-
-__all__ = ["PER_METRE", "FluenceCells", "add_length", "count_chord", "count_path", "highest_counted"]
 
 PER_METRE = 2.0**32
 PIECE = 0.1  # length of a piece of a path over its distance from the origin, at most
@@ -47,14 +46,6 @@ class FluenceCells(NamedTuple):
 
 
 @inner_kernel()
-def highest_counted(limits: Limits, terrain: Terrain | None, near: FluenceCells) -> float:
-    """Height above which nothing counts."""
-    if terrain is not None:
-        return near.height + terrain.highest
-    return near.height + limits.ground
-
-
-@inner_kernel()
 def _cell_of(x: float, y: float, near: FluenceCells, cells: int) -> int:
     """Azimuth cell of a position; the angle to 2e-8 (Abramowitz and Stegun 4.4.49), in half the time of atan2."""
     u, v = abs(x), abs(y)
@@ -62,15 +53,8 @@ def _cell_of(x: float, y: float, near: FluenceCells, cells: int) -> int:
     s = t * t
     angle = 0.0028662257
     for c in (
-        -0.0161657367,
-        0.0429096138,
-        -0.0752896400,
-        0.1065626393,
-        -0.1420889944,
-        0.1999355085,
-        -0.3333314528,
-        1.0,
-    ):
+        -0.0161657367, 0.0429096138, -0.0752896400, 0.1065626393, -0.1420889944, 0.1999355085, -0.3333314528, 1.0,
+    ):  # fmt: skip
         angle = angle * s + c
     angle *= t
     if v > u:
@@ -124,29 +108,29 @@ def count_chord(
 
 @inner_kernel()
 def count_path(
-    points: Array, until: float, h: float, mass: float, weight: float, limits: Limits, terrain: Terrain | None,
-    near: FluenceCells, lengths: NDArray[np.int64], leg: int, stack: Array, roots: Array, out: Array,
+    step: Scratch, until: float, h: float, mass: float, weight: float, limits: Limits, terrain: Terrain | None,
+    near: FluenceCells, lengths: NDArray[np.int64], leg: int,
 ) -> bool:  # fmt: skip
     """Add the step's path up to its position `until`; returns whether all of it lies within the cells."""
     if terrain is not None:
-        return _count_part(points, 0.0, until, h, mass, weight, limits, terrain, near, lengths, leg, out)
-    top = limits.ground + near.height
-    found = cross_plane(points, 0.0, 0.0, top, 0.0, 0.0, 1.0, stack, roots)
-    start, below, inside = 0.0, points[2, 0] < top, True
+        return _count_part(step, 0.0, until, h, mass, weight, limits, terrain, near, lengths, leg)
+    found = cross_plane(step.points, limits.levels[3], step.stack, step.roots)
+    start, below, inside = 0.0, step.points[2, 0] < limits.levels[3, 2], True
     for k in range(found + 1):
-        end = min(roots[k], until) if k < found else until
+        end = min(step.roots[k], until) if k < found else until
         if below and end > start:
-            inside &= _count_part(points, start, end, h, mass, weight, limits, terrain, near, lengths, leg, out)
+            inside &= _count_part(step, start, end, h, mass, weight, limits, terrain, near, lengths, leg)
         start, below = end, not below
     return inside
 
 
 @inner_kernel()
 def _count_part(
-    points: Array, begin: float, end: float, h: float, mass: float, weight: float, limits: Limits,
-    terrain: Terrain | None, near: FluenceCells, lengths: NDArray[np.int64], leg: int, out: Array,
+    step: Scratch, begin: float, end: float, h: float, mass: float, weight: float, limits: Limits,
+    terrain: Terrain | None, near: FluenceCells, lengths: NDArray[np.int64], leg: int,
 ) -> bool:  # fmt: skip
     """`count_path` between two positions on the step; on a map of heights only what lies below the height there."""
+    points, out = step.points, step.state
     dense_state(points, end, out)
     x1, y1 = out[0] - limits.origin_x, out[1] - limits.origin_y
     dense_state(points, begin, out)

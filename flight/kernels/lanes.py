@@ -50,11 +50,6 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = [
-    "ENDS", "MEETS", "PASSES", "SHORTEST_STEP", "SMALLEST_FACTOR", "STRIKES", "Watched", "begin_steps",
-    "changes_with_height", "foresee_ground", "go_on", "load", "move_lane", "prepare", "sift", "step_factors",
-]  # fmt: skip
-
 SAFETY, SMALLEST_FACTOR, LARGEST_FACTOR = 0.9, 0.2, 6.0
 FIRST_STEP = 0.15  # times the time in which drag and gravity would undo the velocity
 MIN_SPEED = 1.0  # m/s; below it the tolerance is absolute
@@ -136,12 +131,6 @@ def load(q: Array, lane: int, ahead: Array, place: int) -> None:
         q[(SLOPE + j) * LANES + lane] = ahead[(SLOPE + j) * LANES + place]
     for row in (GROUND, AREA, STEP, TIME, MASS, LATEST, AFTER, STEPS, REJECTED, LOWEST_MACH, HIGHEST_MACH):
         q[row * LANES + lane] = ahead[row * LANES + place]
-
-
-@inner_kernel()
-def move_lane(q: Array, source: int, target: int) -> None:
-    """Copy what a lane carries from step to step."""
-    load(q, target, q, source)
 
 
 @inner_kernel(forceinline=True)

@@ -25,8 +25,6 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["LANES", "ROWS", "Surroundings", "accelerate", "place_points", "take_step", "velocity_points"]
-
 LANES = 32
 
 # rows of the scratch array; position and velocity at the start and at the end of the step, accelerations of the stages

@@ -20,8 +20,6 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["LARGEST_DEGREE", "PRODUCT", "STACK_SHAPE", "sign_changes"]
-
 LARGEST_DEGREE = 10
 STACK_SHAPE = (72, LARGEST_DEGREE + 3)  # coefficients, then lower and upper end; one row an open interval
 NOISE = 64.0 * np.finfo(np.float64).eps

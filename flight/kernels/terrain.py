@@ -14,23 +14,18 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from flight.kernels.compiling import inner_kernel
+from flight.kernels.faces import NOWHERE, Scratch, highest_of, lowest_of, put_in_order
 from flight.kernels.roots import PRODUCT, sign_changes
-from flight.kernels.surfaces import highest_of, lowest_of
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     Array = NDArray[np.float64]
 
-__all__ = [
-    "TERRAIN_PIECES_SHAPE", "Terrain", "cross_terrain", "height_at", "slope_at",
-]  # fmt: skip
-
-# parts of a step: coefficients of x, y and z, lower and upper end; the last two rows are scratch
+# parts of a step: coefficients of x, y and z, lower and upper end; the last row is scratch
 TERRAIN_PIECES_SHAPE = (72, 20)
-_FIRST, _SECOND, _DEEPEST = 70, 71, 68
+_PART, _DEEPEST = 71, 68
 _LOW, _HIGH = 18, 19
-NOWHERE = 2.0  # beyond the step
 
 
 class Terrain(NamedTuple):
@@ -62,12 +57,18 @@ def _shape(terrain: Terrain, row: int, column: int) -> tuple[float, float, float
 
 
 @inner_kernel()
-def height_at(terrain: Terrain, x: float, y: float) -> float:
-    """Height of the ground (m)."""
+def _within(terrain: Terrain, x: float, y: float) -> tuple[int, int, float, float]:
+    """Row and column of the cell below a position, and the fractions of it along x and y."""
     row = _index(y, terrain.south, terrain.step_y, terrain.heights.shape[0] - 1)
     column = _index(x, terrain.west, terrain.step_x, terrain.heights.shape[1] - 1)
     u = (x - (terrain.west + column * terrain.step_x)) / terrain.step_x
-    v = (y - (terrain.south + row * terrain.step_y)) / terrain.step_y
+    return row, column, u, (y - (terrain.south + row * terrain.step_y)) / terrain.step_y
+
+
+@inner_kernel()
+def height_at(terrain: Terrain, x: float, y: float) -> float:
+    """Height of the ground (m)."""
+    row, column, u, v = _within(terrain, x, y)
     corner, rise_x, rise_y, twist = _shape(terrain, row, column)
     return corner + u * rise_x + v * rise_y + u * v * twist
 
@@ -75,22 +76,18 @@ def height_at(terrain: Terrain, x: float, y: float) -> float:
 @inner_kernel()
 def slope_at(terrain: Terrain, x: float, y: float) -> tuple[float, float]:
     """Rise of the ground per length along x and along y."""
-    row = _index(y, terrain.south, terrain.step_y, terrain.heights.shape[0] - 1)
-    column = _index(x, terrain.west, terrain.step_x, terrain.heights.shape[1] - 1)
-    u = (x - (terrain.west + column * terrain.step_x)) / terrain.step_x
-    v = (y - (terrain.south + row * terrain.step_y)) / terrain.step_y
+    row, column, u, v = _within(terrain, x, y)
     _, rise_x, rise_y, twist = _shape(terrain, row, column)
     return (rise_x + v * twist) / terrain.step_x, (rise_y + u * twist) / terrain.step_y
 
 
 @inner_kernel()
-def cross_terrain(
-    points: Array, terrain: Terrain, until: float, pieces: Array, events: Array, stack: Array, roots: Array
-) -> float:
+def cross_terrain(terrain: Terrain, until: float, step: Scratch) -> float:
     """Find the first position on the step, before `until`, that lies below the ground; 2.0 if none does.
 
     Landing is the first position below, not a sign change: a step below by rounding between two cells lands there.
     """
+    points, pieces = step.points, step.terrain_pieces
     if lowest_of(points[2], 0) > terrain.highest:
         return NOWHERE
     for j in range(3):
@@ -114,7 +111,7 @@ def cross_terrain(
         if lowest > _greatest(terrain, south, north, west, east):
             continue
         if (east - west <= 1 and north - south <= 1) or depth + 2 > _DEEPEST:
-            theta = _cross_cells(piece, terrain, south, north, west, east, pieces, events, stack, roots)
+            theta = _cross_cells(piece, terrain, south, north, west, east, step)
             if theta <= 1.0:
                 return piece[_LOW] + (piece[_HIGH] - piece[_LOW]) * theta
             continue
@@ -153,12 +150,9 @@ def _cut(piece: Array, at: float, left: Array) -> None:
 
 
 @inner_kernel()
-def _cross_cells(
-    piece: Array, terrain: Terrain, south: int, north: int, west: int, east: int, pieces: Array, events: Array,
-    stack: Array, roots: Array,
-) -> float:  # fmt: skip
-    """`cross_terrain` of a piece over at most two by two cells; the position on the piece."""
-    joints, turns_x = events[0], events[1]  # where it passes a line, and 1 for a line of constant x
+def _cross_cells(piece: Array, terrain: Terrain, south: int, north: int, west: int, east: int, step: Scratch) -> float:
+    """`cross_terrain` of a piece, which is cut up, over at most two by two cells; the position on the piece."""
+    joints, stack, roots = step.joints, step.stack, step.roots  # where it passes a line, and 1 for one of constant x
     count = 0
     row, column = south, west
     if east > west:
@@ -167,7 +161,7 @@ def _cross_cells(
             stack[0, i] = piece[i] - line
         column = east if stack[0, 0] >= 0.0 else west
         for k in range(sign_changes(stack, 5, abs(line) + terrain.step_x, roots)):
-            joints[count], turns_x[count] = roots[k], 1.0
+            put_in_order(joints, count, roots[k], 1.0)
             count += 1
     if north > south:
         line = terrain.south + north * terrain.step_y
@@ -175,30 +169,20 @@ def _cross_cells(
             stack[0, i] = piece[6 + i] - line
         row = north if stack[0, 0] >= 0.0 else south
         for k in range(sign_changes(stack, 5, abs(line) + terrain.step_y, roots)):
-            position = count  # kept in order
-            while position > 0 and joints[position - 1] > roots[k]:
-                joints[position], turns_x[position] = joints[position - 1], turns_x[position - 1]
-                position -= 1
-            joints[position], turns_x[position] = roots[k], 0.0
+            put_in_order(joints, count, roots[k], 0.0)
             count += 1
-    rest, part = pieces[_FIRST], pieces[_SECOND]
-    for i in range(18):
-        rest[i] = piece[i]
-    start = 0.0
+    start, part = 0.0, step.terrain_pieces[_PART]
     for k in range(count + 1):
-        end = joints[k] if k < count else 1.0
+        end = joints[0, k] if k < count else 1.0
         if end > start:
             if k < count:
-                _cut(rest, (end - start) / (1.0 - start), part)
-            else:
-                for i in range(18):
-                    part[i] = rest[i]
-            theta = _cross_cell(part, terrain, row, column, stack, roots)
+                _cut(piece, (end - start) / (1.0 - start), part)
+            theta = _cross_cell(part if k < count else piece, terrain, row, column, stack, roots)
             if theta <= 1.0:
                 return start + (end - start) * theta
             start = end
         if k < count:
-            if turns_x[k] > 0.0:
+            if joints[1, k] > 0.0:
                 column = west + east - column
             else:
                 row = south + north - row

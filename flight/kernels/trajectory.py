@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import math
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from flight.kernels.compiling import inner_kernel, kernel
 from flight.kernels.events import (
+    GROUND_COLUMNS,
     HIT_COLUMNS,
     IN_FLIGHT,
     LANDED,
@@ -15,15 +17,17 @@ from flight.kernels.events import (
     NOT_A_NUMBER,
     STEP_LIMIT,
     STOPPED,
+    STRUCK_COLUMNS,
     TIME_OUT,
+    Ends,
     Limits,
     ending,
-    ending_in_scene,
+    impact,
     outside,
     record_hits,
 )
-from flight.kernels.fluence import count_chord, count_path, highest_counted
-from flight.kernels.impacts import GROUND_COLUMNS, STRUCK_COLUMNS, Ends, impact
+from flight.kernels.faces import JOINTS_SHAPE, PIECES_SHAPE, Scratch, dense_state
+from flight.kernels.fluence import count_chord, count_path
 from flight.kernels.lanes import (
     ENDS,
     MEETS,
@@ -37,7 +41,6 @@ from flight.kernels.lanes import (
     foresee_ground,
     go_on,
     load,
-    move_lane,
     prepare,
     sift,
     step_factors,
@@ -61,9 +64,7 @@ from flight.kernels.motion import (
     take_step,
     velocity_points,
 )
-from flight.kernels.obstacles import EVENTS_SHAPE
 from flight.kernels.roots import STACK_SHAPE
-from flight.kernels.surfaces import PIECES_SHAPE, dense_state
 from flight.kernels.terrain import TERRAIN_PIECES_SHAPE, height_at
 
 if TYPE_CHECKING:
@@ -74,8 +75,6 @@ if TYPE_CHECKING:
     from flight.kernels.terrain import Terrain
 
     Array = NDArray[np.float64]
-
-__all__ = ["HIT_COLUMNS", "PATH_COLUMNS", "Ends", "Limits", "fly_chunk"]
 
 # time, place (3), velocity (3), fragment
 PATH_COLUMNS = 8
@@ -114,28 +113,11 @@ def _add_flight(q: Array, lane: int, first: Array) -> None:
 
 @kernel
 def fly_chunk(
-    start: int,
-    stop: int,
-    mass: Array,
-    shape_factor: Array,
-    position: Array,
-    velocity: Array,
-    clock: Array,
-    keys: NDArray[np.uint64],
-    weight: Array,
-    slopes: Array,
-    around: Surroundings,
-    limits: Limits,
-    terrain: Terrain | None,
-    obstacles: Array | None,
-    surfaces: Array,
-    witnesses: Array,
-    vertices: Array,
-    boxes: Array,
-    near: FluenceCells,
-    lengths: NDArray[np.int64],
-    ends: Ends,
-) -> tuple[Array, Array, Array, Array, bool]:
+    start: int, stop: int, mass: Array, shape_factor: Array, position: Array, velocity: Array, clock: Array,
+    keys: NDArray[np.uint64], weight: Array, slopes: Array, around: Surroundings, limits: Limits,
+    terrain: Terrain | None, obstacles: Array | None, surfaces: Array, witnesses: Array, vertices: Array, boxes: Array,
+    near: FluenceCells, lengths: NDArray[np.int64], ends: Ends,
+) -> tuple[Array, Array, Array, Array, bool]:  # fmt: skip
     """Fly the fragments start..stop-1 to their end, and on from every ricochet; rows of `ends` count from `start`.
 
     `weight` (n,) is the number of fragments that each stands for, `clock` (n, 2) holds the time of each launch and the
@@ -152,18 +134,19 @@ def fly_chunk(
     struck, ground = np.empty((64, STRUCK_COLUMNS)), np.empty((1024, GROUND_COLUMNS))
     hit_count = path_count = struck_count = ground_count = 0
     inside, adaptive = True, limits.fixed_step <= 0.0
-    highest = -np.inf
+    highest, top = -np.inf, limits.levels[3, 2]
     if terrain is not None:
-        highest = terrain.highest
+        highest, top = terrain.highest, near.height + terrain.highest
     watched = Watched(
-        boxes, obstacles is not None or witnesses.shape[0] > 0,
-        highest_counted(limits, terrain, near) if counts else -np.inf, near.energy, highest, many_points > 0,
+        boxes, obstacles is not None or witnesses.shape[0] > 0, top if counts else -np.inf, near.energy, highest,
+        many_points > 0,
     )  # fmt: skip
-    q, ahead = np.zeros(ROWS * LANES), np.zeros(ROWS * LANES)
-    out, points, stack = np.empty(6), np.zeros((6, 6)), np.empty(STACK_SHAPE)
-    roots, end = np.empty(_ROOTS), np.empty(7)
-    pieces, crossed = np.empty(PIECES_SHAPE), np.empty(EVENTS_SHAPE)
-    terrain_pieces = np.empty(TERRAIN_PIECES_SHAPE)
+    q, ahead, end = np.zeros(ROWS * LANES), np.zeros(ROWS * LANES), np.empty(7)
+    step = Scratch(
+        np.zeros((6, 6)), np.empty(6), np.empty(6), np.empty(STACK_SHAPE), np.empty(_ROOTS), np.empty(PIECES_SHAPE),
+        np.empty(JOINTS_SHAPE), np.empty(TERRAIN_PIECES_SHAPE),
+    )  # fmt: skip
+    points, out = step.points, step.state
     rows, flying, free = np.zeros(LANES, np.int64), np.zeros(LANES, np.int64), np.zeros(LANES, np.bool_)
 
     number = stop - start
@@ -194,7 +177,7 @@ def fly_chunk(
                 continue
             if used == prepared and taken == queued:
                 active -= 1
-                move_lane(q, active, lane)
+                load(q, lane, q, active)
                 flying[lane], free[lane] = flying[active], free[active]
                 continue
             if used == prepared:
@@ -219,21 +202,9 @@ def fly_chunk(
                 _write_state(q, lane, end)
                 _add_flight(q, lane, ends.first[row])
                 impact(
-                    row,
-                    LEFT_DOMAIN,
-                    -1,
-                    -1,
-                    end,
-                    ends,
-                    surfaces,
-                    limits,
-                    terrain,
-                    obstacles,
-                    end,
-                    end,
-                    keys[start + row],
-                    slopes[start + row],
-                )
+                    row, LEFT_DOMAIN, -1, -1, end, ends, surfaces, limits, terrain, obstacles, end, end,
+                    keys[start + row], slopes[start + row],
+                )  # fmt: skip
                 free[lane] = True
         if active == 0:
             break
@@ -274,48 +245,19 @@ def fly_chunk(
                 if near_end or passing or meets or many_points > 0:
                     place_points(q, lane, points)
                     if near_end:
-                        theta, ended = ending(points, limits, pieces, stack, roots)
-                        if terrain is not None or obstacles is not None:
-                            theta, ended, obstacle, face = ending_in_scene(
-                                points, theta, ended, terrain, obstacles, terrain_pieces, crossed, stack, roots
-                            )
+                        theta, ended, obstacle, face = ending(limits, terrain, obstacles, step)
                     until = min(theta, 1.0)
                     if ended != IN_FLIGHT or meets or passing or many_points > 0:
                         velocity_points(q, lane, points)
                     if passing:
                         inside &= count_path(
-                            points,
-                            until,
-                            h,
-                            mass[fragment],
-                            weight[fragment],
-                            limits,
-                            terrain,
-                            near,
-                            lengths,
-                            after,
-                            stack,
-                            roots,
-                            out,
+                            step, until, h, mass[fragment], weight[fragment], limits, terrain, near, lengths, after
                         )
                     if meets:
                         if hit_count + _ROOTS * witnesses.shape[0] > hits.shape[0]:
                             hits = _with_room(hits, hit_count, _ROOTS * witnesses.shape[0])
                         hit_count = record_hits(
-                            witnesses,
-                            vertices,
-                            points,
-                            until,
-                            time,
-                            h,
-                            fragment,
-                            q[AFTER * LANES + lane],
-                            pieces,
-                            stack,
-                            roots,
-                            out,
-                            hits,
-                            hit_count,
+                            witnesses, vertices, step, until, time, h, fragment, float(after), hits, hit_count
                         )
                     if many_points > 0:
                         path = _with_room(path, path_count, many_points)
@@ -350,24 +292,26 @@ def fly_chunk(
             _add_flight(q, lane, ends.first[row])
             struck, ground = _with_room(struck, struck_count, 1), _with_room(ground, ground_count, 1)
             if impact(
-                row,
-                ended,
-                obstacle,
-                face,
-                end,
-                ends,
-                surfaces,
-                limits,
-                terrain,
-                obstacles,
-                struck[struck_count],
-                ground[ground_count],
-                keys[fragment],
-                slopes[fragment],
-            ):
+                row, ended, obstacle, face, end, ends, surfaces, limits, terrain, obstacles, struck[struck_count],
+                ground[ground_count], keys[fragment], slopes[fragment],
+            ):  # fmt: skip
                 waiting[queued % number] = row
                 queued += 1
             struck_count += ended == STOPPED
             ground_count += ended == LANDED
             free[lane] = True
     return hits[:hit_count], path[:path_count], struck[:struck_count], ground[:ground_count], inside
+
+
+@kernel
+def row_angles(opposite: NDArray[Any], adjacent: NDArray[Any], result: NDArray[Any]) -> None:
+    """Angle of (adjacent, opposite), (rows,), from -180 to 180 degrees; numpy rounds by a row's place."""
+    for row in range(opposite.size):
+        result[row] = math.degrees(math.atan2(opposite[row], adjacent[row]))
+
+
+@kernel
+def row_lengths(first: NDArray[Any], second: NDArray[Any], result: NDArray[Any]) -> None:
+    """Length of (first, second), (rows,)."""
+    for row in range(first.size):
+        result[row] = math.hypot(first[row], second[row])

@@ -2,7 +2,7 @@
 
 Without wind a path stays in its vertical plane and is the same at every azimuth, so that one flight serves all
 directions, with a weight in each. The equation of motion, its tables and the law of ricochet are those of
-`flight.kernels.motion` and `flight.kernels.impacts`; the steps are Runge and Kutta's of fourth order in the length of
+`flight.kernels.motion` and `flight.kernels.events`; the steps are Runge and Kutta's of fourth order in the length of
 the path, over fixed fractions of the lengths over which drag and gravity act: they are no matter of an error estimate,
 so that the result is a smooth function of the launch but for where paths end.
 """
@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from flight.kernels.compiling import inner_kernel, kernel
+from flight.kernels.events import after_impact
 from flight.kernels.fluence import PER_METRE, PIECE, add_length
-from flight.kernels.impacts import after_impact
 from flight.scene.air import EARTH_RADIUS
 
 if TYPE_CHECKING:
@@ -26,11 +26,6 @@ if TYPE_CHECKING:
     from flight.kernels.motion import Surroundings
 
     Array = NDArray[np.float64]
-
-__all__ = [
-    "LANDINGS", "LANDINGS_AFTER", "PATHS", "PATHS_AFTER", "QUANTITIES", "REST", "Scatter",
-    "fly_weighted", "scattered_density",
-]  # fmt: skip
 
 # what is counted by distance: hazardous first impacts and those after a ricochet, paths of hazardous fragments near the
 # ground over a person's height before and after it, and where all come to rest

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     Ground = Callable[[NDArray[np.float64], NDArray[np.float64]], NDArray[np.float64] | None]
 
 
-FIRST_FACE, FACES, COLUMNS = 7, 6, 43  # as in flight.kernels.obstacles
+FIRST_FACE, FACES, COLUMNS = 7, 6, 43  # as in flight.kernels.faces
 DEPTH = 1.0  # m that obstacles reach below the lowest ground, so that nothing passes under them
 SLACK = 1e-6  # m by which boxes are wider, and parts of a crest longer where they join
 SPACING = 0.5  # m between the points at which a crest meets the ground below
@@ -57,6 +57,17 @@ class _AlongLine(_Standing):
     """x and y of the other end; left and right are as seen from start to end."""
     height: Size
     """Height of the wall or crest."""
+    across: ClassVar[str]
+
+    def __post_init__(self) -> None:
+        _check(self, ("start", "end"), ("height", self.across))
+        require_number(f"obstacle {self.name}", "slope", getattr(self, "slope", 0.0), "", low=0.0)
+        if tuple(self.start) == tuple(self.end):
+            raise InputError(f"obstacle {self.name}: start and end are both {self.start}; they must differ")
+
+    @property
+    def _slope(self) -> float:
+        return float(getattr(self, "slope", 0.0))
 
     def crest(self, ground: Ground) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Positions along its line (n,), from 0 to 1, and heights z of its crest there (m), straight between them."""
@@ -72,15 +83,15 @@ class _AlongLine(_Standing):
         kept = _straight_parts(along, top, CREST * self.height)
         return along[kept], top[kept]
 
-    def _body(
-        self, half_width: float, slope: float, top: float | tuple[float, float], bottom: float,
-        part: tuple[float, float],
-    ) -> tuple[list[Face], NDArray[np.float64]]:  # fmt: skip
+    def sides(
+        self, top: float | tuple[float, float], bottom: float, part: tuple[float, float] = (0.0, 1.0)
+    ) -> tuple[list[Face], NDArray[np.float64]]:
+        """Faces of a part of its line from `bottom` to `top` (z, m; at both ends), and corners of their hull (n, 3)."""
         start, way = np.array([*self.start, 0.0]), np.array([*np.subtract(self.end, self.start), 0.0])
         length = float(np.linalg.norm(way))
         centre, half = start + 0.5 * sum(part) * way, 0.5 * (part[1] - part[0]) * length
         half += SLACK if part != (0.0, 1.0) else 0.0  # so that no path slips in where two parts join
-        return _prism(centre, way / length, half, half_width, slope, top, bottom)
+        return _prism(centre, way / length, half, 0.5 * getattr(self, self.across), self._slope, top, bottom)
 
 
 @dataclass(frozen=True)
@@ -91,16 +102,7 @@ class Wall(_AlongLine):
     """Thickness."""
     name: str = field(default="wall", kw_only=True)
     faces: ClassVar[tuple[str, ...]] = ("left", "right", "start", "end", "top", "under")
-
-    def __post_init__(self) -> None:
-        _check(self, ("start", "end"), ("height", "thickness"))
-        _check_line(self)
-
-    def sides(
-        self, top: float | tuple[float, float], bottom: float, part: tuple[float, float] = (0.0, 1.0)
-    ) -> tuple[list[Face], NDArray[np.float64]]:
-        """Faces of a part of its line from `bottom` to `top` (z, m; at both ends), and corners of their hull (n, 3)."""
-        return self._body(0.5 * self.thickness, 0.0, top, bottom, part)
+    across: ClassVar[str] = "thickness"
 
 
 @dataclass(frozen=True)
@@ -113,17 +115,7 @@ class Barricade(_AlongLine):
     """How far the sides run out for each unit of height."""
     name: str = field(default="barricade", kw_only=True)
     faces: ClassVar[tuple[str, ...]] = ("left", "right", "start", "end", "crest", "under")
-
-    def __post_init__(self) -> None:
-        _check(self, ("start", "end"), ("height", "crest_width"))
-        require_number(f"obstacle {self.name}", "slope", self.slope, "", low=0.0)
-        _check_line(self)
-
-    def sides(
-        self, top: float | tuple[float, float], bottom: float, part: tuple[float, float] = (0.0, 1.0)
-    ) -> tuple[list[Face], NDArray[np.float64]]:
-        """As of `Wall`."""
-        return self._body(0.5 * self.crest_width, self.slope, top, bottom, part)
+    across: ClassVar[str] = "crest_width"
 
 
 @dataclass(frozen=True)
@@ -256,7 +248,7 @@ def _tally(hits: NDArray[Any], energy: float) -> dict[str, Any]:
     }
 
 
-def _check(obstacle: Obstacle, places: tuple[str, ...], lengths: tuple[str, ...]) -> None:
+def _check(obstacle: _AlongLine | Building, places: tuple[str, ...], lengths: tuple[str, ...]) -> None:
     owner = f"obstacle {obstacle.name}"
     for what in places:
         real_array(owner, what, getattr(obstacle, what), "m", (2,))
@@ -267,11 +259,6 @@ def _check(obstacle: Obstacle, places: tuple[str, ...], lengths: tuple[str, ...]
         Ricochet.of(obstacle.ricochet)
     except InputError as error:
         raise InputError(f"{owner}: {error}") from None
-
-
-def _check_line(obstacle: Wall | Barricade) -> None:
-    if tuple(obstacle.start) == tuple(obstacle.end):
-        raise InputError(f"obstacle {obstacle.name}: start and end are both {obstacle.start}; they must differ")
 
 
 def _prism(

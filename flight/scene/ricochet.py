@@ -44,7 +44,7 @@ if TYPE_CHECKING:
 
 
 EXPONENT = 4.0 / 3.0
-"""Of the angle over the critical one, in the logarithm of the share of speed kept; as in flight.kernels.impacts."""
+"""Of the angle over the critical one, in the logarithm of the share of speed kept; as in flight.kernels.events."""
 STEEPEST = 60.0  # degrees: no critical angle and no departure is steeper
 ROUGHEST = 20.0  # degrees
 

@@ -1,6 +1,7 @@
 """Witness surfaces: they record every fragment that crosses them and stop none.
 
-Lengths in m. The case's tables [[witness]] are made from the dataclasses, but for those of polygons.
+Lengths in m. The case's tables [[witness]] are made from the dataclasses, but for those of polygons. At the end stands
+what is done with polygons in plan, whose corners (k, 2) are in order, not closed.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
 
-CYLINDER, RECTANGLE, POLYGON, GROUP, COLUMNS = 0, 1, 2, 3, 25  # as in flight.kernels.surfaces
+CYLINDER, RECTANGLE, POLYGON, GROUP, COLUMNS = 0, 1, 2, 3, 25  # as in flight.kernels.faces
 SLACK = 1e-9  # by which boxes are wider than their surface, relative and in m: rounding must not cut an edge off
 
 
@@ -215,3 +216,40 @@ def _unit(witness: str, what: str, vector: NDArray[np.float64]) -> NDArray[np.fl
     if not size > 0.0:
         raise InputError(f"witness {witness}: {what} has no direction")
     return vector / size
+
+
+_SAME = 1e-9  # in the unit of the corners: nearer ones are one
+
+
+def signed_area(corners: NDArray[np.float64]) -> float:
+    """Area, positive where the corners run counter-clockwise."""
+    x, y = corners.T
+    return 0.5 * float(np.dot(x, np.roll(y, -1)) - np.dot(y, np.roll(x, -1)))
+
+
+def contains(corners: NDArray[np.float64], points: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Whether points (n, 2) lie inside, by the even-odd rule (Shimrat 1962)."""
+    inside = np.zeros(len(points), dtype=bool)
+    x, y = points.T
+    for (ax, ay), (bx, by) in zip(corners.tolist(), np.roll(corners, -1, axis=0).tolist(), strict=True):
+        crosses = (ay > y) != (by > y)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            inside ^= crosses & (x < ax + (y - ay) * (bx - ax) / (by - ay))
+    return inside
+
+
+def clipped(corners: NDArray[np.float64], axis: int, bound: float, side: float) -> NDArray[np.float64]:
+    """The part with side * (coordinate - bound) >= 0 along an axis, 0 or 1 (Sutherland and Hodgman 1974).
+
+    Of a polygon that is not convex the parts hang together by edges along the bound.
+    """
+    kept: list[NDArray[np.float64]] = []
+    for start, end in zip(corners, np.roll(corners, -1, axis=0), strict=True):
+        here, there = side * (start[axis] - bound), side * (end[axis] - bound)
+        if here >= 0.0:
+            kept.append(start)
+        if here * there < 0.0:
+            kept.append(start + (end - start) * (here / (here - there)))
+    made = np.array(kept).reshape(-1, 2)
+    same = np.hypot(*(made - np.roll(made, 1, axis=0)).T) < _SAME if len(made) else np.zeros(0, dtype=bool)
+    return made[~same]

@@ -152,7 +152,7 @@ class Wind:
         require_number("wind", "reference_height", reference_height, "m", above=0.0)
         require_number("wind", "top", top, "m", above=0.0)
         require_number("wind", "exponent", exponent, "", finite=True)
-        require_number("wind", "speed", speed, "m/s")
+        require_number("wind", "speed", speed, "m/s", finite=True)
         rise = np.concatenate([[0.0], np.geomspace(min(0.1, 0.01 * top), top, 41)])
         return cls.profile(rise, speed * (rise / reference_height) ** exponent, towards_deg)
 

@@ -242,7 +242,7 @@ def _charge_of_mesh(entry: RoundTable) -> tuple[float, float]:
 
     from burst_fenicsx.meshing import mesh_round
 
-    mesh = mesh_round(burst_round(entry, entry.name), 1.0)
+    mesh = mesh_round(burst_round(entry), 1.0)
     nodes = mesh.nodes[np.unique(mesh.cells[mesh.part == Part.CHARGE])]
     axis = np.array(entry.axis) / np.linalg.norm(entry.axis)
     stations = mesh.lengths[0] - (nodes - np.array(entry.position)) @ axis

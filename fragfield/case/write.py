@@ -101,17 +101,22 @@ def differences(
 
     Titles, notes and sources do not count. `within`: only keys that are one of these or lie in one of these tables.
     """
-    before, after = (dict(_flat(plain(case, units=True))) for case in (stored, now))
+    before, after = computed(stored), computed(now)
     lines = []
     for key in dict.fromkeys([*before, *after]):
-        words_only = key.rpartition(".")[2] in _WORDS_ONLY or key.startswith(_NOT_COMPUTED)
-        if words_only or not (
-            within is None or any(key == one or key.startswith((f"{one}.", f"{one}[")) for one in within)
-        ):
-            continue
-        if before.get(key) != after.get(key):
+        asked = within is None or any(key == one or key.startswith((f"{one}.", f"{one}[")) for one in within)
+        if asked and before.get(key) != after.get(key):
             lines.append(f"{key}: {words[0]} {_shown(before, key)}, {words[1]} {_shown(after, key)}")
     return lines
+
+
+def computed(case: CaseTable) -> dict[str, Any]:
+    """Values of a resolved case on which a run depends, by dotted key, with units."""
+    return {
+        key: value
+        for key, value in _flat(plain(case, units=True))
+        if key.rpartition(".")[2] not in _WORDS_ONLY and not key.startswith(_NOT_COMPUTED)
+    }
 
 
 def _shown(flat: dict[str, Any], key: str) -> str:

@@ -114,7 +114,7 @@ def doubts(case: CaseTable, *, burst: bool = True) -> Iterator[str]:
             "burst.leakage.enabled", " = false: the products expand without venting, so speeds are upper bounds"
         )
     for index, number in Counter(first_alike(case)).items():
-        profile = burst_round(case.round[index], f"round[{index + 1}]").profile
+        profile = burst_round(case.round[index]).profile
         if profile is None or not any(one.kind == "wall" for one in profile.segments):
             continue
         wall, station = thinnest_wall(profile)

@@ -123,8 +123,6 @@ STAGES: dict[str, Stage] = {
     )
 }
 _MOST_DIFFERENCES = 10
-SCRATCH = ".convergence"
-"""Folder of a run's files with other cell sizes, which are removed; one that a killed run left goes as well."""
 _OWN_FILES = ("case.toml", "summary.json", "run.log", "csv-metadata.json")
 
 
@@ -251,7 +249,7 @@ class RunDirectory:
         return [name for stage in stages for name in stage.files if self.file(name).exists()]
 
     def _refuse_foreign(self) -> None:
-        names = {name for stage in STAGES.values() for name in stage.files} | {*_OWN_FILES, "figures", SCRATCH}
+        names = {name for stage in STAGES.values() for name in stage.files} | {*_OWN_FILES, "figures"}
         found = (entry.name for entry in self.path.iterdir())
         other = sorted(name for name in found if name.removesuffix(DRAFT) not in names)
         if other:
@@ -290,7 +288,7 @@ class RunDirectory:
         names = [name for stage in stages for name in stage.files]
         name = ""
         try:
-            for name in (SCRATCH, *names, *((self.summary_file.name,) if clean else ())):
+            for name in (*names, *((self.summary_file.name,) if clean else ())):
                 self.file(name + DRAFT).unlink(missing_ok=True)
                 if self.file(name).is_dir() and not self.file(name).is_symlink():
                     shutil.rmtree(self.file(name))

@@ -87,7 +87,7 @@ def contents_of(case: CaseTable) -> Contents | None:
     words, profiles, first = [], [], first_alike(case)
     masses = {index: masses_of(case.round[index]) for index in set(first)}
     for number, entry in enumerate(case.round):
-        one, mass = burst_round(entry, f"round[{number + 1}]"), masses[first[number]]
+        one, mass = burst_round(entry), masses[first[number]]
         if one.profile is not None:
             profiles.append(one.profile)
         factor, said = tnt_equivalent(one.explosive.name)

@@ -27,8 +27,7 @@ from numpy.typing import NDArray
 
 from flight import FlightResult, Fragments
 from flight.fluence import FluenceGrid, PolarGrid
-from flight.hazard.density.distance import ExpectedDistance
-from flight.hazard.density.expected import KINDS
+from flight.hazard.density.expected import KINDS, ExpectedDistance
 from flight.hazard.ensemble import EnsembleHazard
 from flight.hazard.exposed import Prism
 from flight.scene.targets import Witness

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from flight.scene.plan import contains
+from flight.scene.targets import contains
 from fragfield.results.site import Estimate
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from flight.hazard.density.distance import ExpectedDistance
+from flight.hazard.density.expected import ExpectedDistance
 from fragfield.case import CaseTable
 from fragfield.case.conversion.exposed_sites import ExposedSite, outline_of
 from fragfield.case.conversion.surroundings import bearing_of, direction_words, ground_of

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from flight import Fragments
-    from flight.hazard.density.distance import ExpectedDistance
+    from flight.hazard.density.expected import ExpectedDistance
     from flight.hazard.ensemble import EnsembleHazard
     from fragfield.case import CaseTable
     from fragfield.pipeline.flown import FlownEnsemble

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import logging
-import shutil
 import warnings
 from contextlib import contextmanager
+from dataclasses import fields
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from fragfield.files.run_directory import RunDirectory
 from fragfield.pipeline.job import Job, RunOptions
@@ -19,6 +21,7 @@ from fragfield.terminal.progress import ProgressReporter
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from burst_fenicsx.files.snapshot import EndState
     from fragfield.case import CaseTable
     from fragfield.case.conversion.turned import Turned
     from fragfield.pipeline.flown import FlownEnsemble
@@ -27,19 +30,42 @@ if TYPE_CHECKING:
     Burst = tuple[results.Burst, Snapshot]
 
 
-def burst_beside(case: CaseTable, folder: Path, team: Team) -> Burst:
-    """The burst's summary, and the state at its end. On one rank; its files lie in a folder that is removed then."""
+def burst_beside(case: CaseTable, team: Team) -> Burst:
+    """The burst's summary, and the state at its end. On one rank, without files; `simulate` keeps the mesh."""
     from burst_fenicsx import simulate
     from fragfield.case.conversion.rounds import burst_rounds
     from fragfield.case.problem import burst_settings
-    from transition import Snapshot
 
-    try:
-        done = simulate(burst_rounds(case), burst_settings(case), folder, comm=team.alone, series=False)
-        summary = results.Burst.of_stage({**done.summary, "geometry_reason": ""})
-        return summary, Snapshot.read(folder / "burst_snapshot.h5")
-    finally:
-        shutil.rmtree(folder, ignore_errors=True)
+    done = simulate(burst_rounds(case), burst_settings(case), None, comm=team.alone, keep_mesh=True)
+    assert done.end is not None  # of one rank
+    return results.Burst.of_stage({**done.summary, "geometry_reason": ""}), _snapshot(done.end)
+
+
+def _snapshot(end: EndState) -> Snapshot:
+    """The end of a burst as the break-up reads it from a file."""
+    from transition import RoundData, Snapshot
+    from transition.placement.mirroring import SymmetryPlane
+
+    names = [one.name for one in fields(RoundData)]
+    normals = [np.asarray(plane.normal) / np.linalg.norm(plane.normal) for plane in end.planes]
+    given = {**end.nodes, **end.cells, "cells": end.cells["nodes"]}
+    kinds = dict.fromkeys(("cells", "part", "round", "segment"), np.int64)
+    reals = ("reference", "position", "velocity", "station", "mass")
+    arrays: dict[str, Any] = {
+        name: np.ascontiguousarray(given[name], kinds.get(name, np.float64)) for name in (*reals, *kinds)
+    }
+    return Snapshot(
+        source="the burst",
+        time=end.time,
+        provenance={},
+        rounds=tuple(RoundData(**{name: getattr(one, name) for name in names}) for one in end.rounds),
+        planes=tuple(
+            SymmetryPlane(plane.name, plane.point, tuple(normal.tolist()))
+            for plane, normal in zip(end.planes, normals, strict=True)
+        ),
+        geometry=end.geometry,
+        **arrays,
+    )
 
 
 def flown_beside(

@@ -2,8 +2,7 @@
 
 After the flight the burst, the break-up and the flight are computed with other cell sizes, which the case alone
 decides: the same inputs give the same numbers however busy the machine is. What they give stands in summary.json as
-`convergence`; `fragfield.pipeline.grid_convergence` has the arithmetic. The files of these computations lie in a
-scratch folder within the run directory and are removed.
+`convergence`; `fragfield.pipeline.grid_convergence` has the arithmetic. These computations leave no files.
 """
 
 from __future__ import annotations
@@ -156,7 +155,7 @@ def _computed(job: Job, case: CaseTable, words: list[str]) -> _Result | None:
     size = f"{1e3 * case.burst.cell_size:.3g} mm"
     try:
         with silent():
-            burst, snapshot = burst_beside(case, job.scratch(), job.team)
+            burst, snapshot = burst_beside(case, job.team)
             flown = flown_beside(case, snapshot, job.cores, job.attitude)[0]
     except Exception as error:
         if exit_code_of(error) == EXIT_FAULT:

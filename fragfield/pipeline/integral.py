@@ -23,7 +23,7 @@ from fragfield.results.hazard import FlownAttitude
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from flight.hazard.density.distance import ExpectedDistance
+    from flight.hazard.density.expected import ExpectedDistance
     from flight.hazard.ensemble import EnsembleHazard
     from flight.hazard.integral import Integral
     from fragfield.case import CaseTable

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,7 +10,7 @@ from fragfield.case import plain
 from fragfield.case.changes import Settings, load_case
 from fragfield.errors import InputError
 from fragfield.files.provenance import versions
-from fragfield.files.run_directory import SCRATCH, RunDirectory
+from fragfield.files.run_directory import RunDirectory
 from fragfield_base.cores import cores
 from fragfield_base.paths import start_folder
 from fragfield_base.version import __version__
@@ -109,13 +108,6 @@ class Job:
     def needed(self, stage: Stage) -> Path:
         """The stage's input file."""
         return self.source.file(stage.needs)
-
-    def scratch(self) -> Path:
-        """An empty folder within the run directory, for the files of another burst."""
-        folder = self.target.file(SCRATCH)
-        shutil.rmtree(folder, ignore_errors=True)  # of a run that was killed
-        folder.mkdir()
-        return folder
 
     def note(self, stage: Stage, made: Summary, warned: Sequence[Warned]) -> None:
         """Put the parts that a stage has made into summary.json, and its warnings in place of its earlier ones."""

@@ -70,7 +70,7 @@ def single_round(job: Job, realisations: Sequence[Fragments]) -> SingleRound:
         if job.options.lean:
             return SingleRound(None, "no single round: not computed for the runs of a sweep")
         with silent():
-            summary, snapshot = burst_beside(alone, job.scratch(), job.team)
+            summary, snapshot = burst_beside(alone, job.team)
             fragments = _fragments(job, alone, snapshot)
     except Exception as error:
         if not isinstance(error, ImportError) and exit_code_of(error) == EXIT_FAULT:

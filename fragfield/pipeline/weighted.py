@@ -176,7 +176,7 @@ def after_contact(
     with contact.
     """
     from flight import CONTACTS, Domain, fly
-    from flight.integrate.legs import legs_between
+    from flight.integrate.contact import legs_between
     from transition.weighted import spread_out
 
     origin = flight_arguments.get("origin", (0.0, 0.0))

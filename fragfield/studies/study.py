@@ -7,7 +7,6 @@ import inspect
 import json
 import os
 import re
-import shutil
 import sys
 import time
 from abc import ABC, abstractmethod
@@ -36,7 +35,6 @@ Parameters = ParamSpec("Parameters")
 Made = TypeVar("Made", bound="Study")
 WAITING, DONE, KEPT, FAILED = "waiting", "done", "kept", "failed"
 """States of a run: not yet begun, computed now, kept from before, ended with an error."""
-_SCRATCH = ".scratch"
 _SAVE_SECONDS = 2.0  # between two writings of the tables
 _MOST_JOURNAL = 1 << 31  # bytes
 
@@ -187,7 +185,6 @@ class Study(ABC):
             try:
                 self.make_runs()
             finally:
-                shutil.rmtree(self.scratch, ignore_errors=True)
                 self._journal.close()
         return self
 
@@ -216,7 +213,6 @@ class Study(ABC):
         missing = [task for task in tasks if not self._keep(rows[task.name])]
         if not missing:
             return
-        self.scratch.mkdir(exist_ok=True)
         saved = time.monotonic()
 
         def ended(task: Task, outcome: Outcome) -> None:
@@ -278,11 +274,6 @@ class Study(ABC):
         if self.progress:
             sys.stderr.write(f"{words}\n")
             sys.stderr.flush()
-
-    @property
-    def scratch(self) -> Path:
-        """A folder for files of runs that leave none."""
-        return self.path / _SCRATCH
 
     @property
     def exit_code(self) -> int:

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import hashlib
 import itertools
+import json
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -25,7 +26,7 @@ from rich.text import Text
 from fragfield.case import CaseTable, differences, load_changed_case
 from fragfield.case.changes import read_value
 from fragfield.case.problem import is_brief
-from fragfield.case.write import toml_value
+from fragfield.case.write import computed, toml_value
 from fragfield.errors import InputError, nearest
 from fragfield.files.run_directory import RunDirectory
 from fragfield.interface.kinds import Stage, Values
@@ -118,7 +119,7 @@ class Sweep(Study):
             raise InputError("\n  ".join([f"{directory.path}: holds the run of another case; {hint}", *listed]))
         task = Task(
             name, case, self.results_of, values, directory.path if kept else None,
-            only="burst" if self.stage == "burst" else None, threads=self.threads, scratch=self.scratch,
+            only="burst" if self.stage == "burst" else None, threads=self.threads,
         )  # fmt: skip
         folder, nothing = str(directory.path) if kept else None, self.results_of(Summary())
         row = Row(name, folder, digest_of(case), values, results=nothing)
@@ -281,17 +282,18 @@ def plan_runs(case_file: Path, settings: Sequence[str]) -> tuple[list[str], list
     """
     values = _values(settings)
     labels = labels_of(list(values))
-    runs: list[Planned] = []
+    runs: dict[str, Planned] = {}
+    of_case: dict[str, Planned] = {}
     for chosen in itertools.product(*values.values()):
         changes = dict(zip(values, chosen, strict=True))
         name = _name({labels[key]: value for key, value in changes.items()})
         planned = Planned(name, changes, load_changed_case(case_file, changes))
-        for other in runs:
-            if other.name == planned.name or not differences(other.case, planned.case):
-                pair = (", ".join(f"{key} = {value}" for key, value in one.values.items()) for one in (other, planned))
-                raise InputError(f"the runs {' and '.join(pair)} are alike; give every value once")
-        runs.append(planned)
-    return list(values), runs
+        text = json.dumps(computed(planned.case), sort_keys=True)
+        if (other := runs.get(name) or of_case.get(text)) is not None:
+            pair = (", ".join(f"{key} = {value}" for key, value in one.values.items()) for one in (other, planned))
+            raise InputError(f"the runs {' and '.join(pair)} are alike; give every value once")
+        runs[name] = of_case[text] = planned
+    return list(values), list(runs.values())
 
 
 def _values(settings: Sequence[str]) -> dict[str, list[Any]]:

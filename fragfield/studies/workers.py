@@ -8,10 +8,8 @@ from __future__ import annotations
 
 import multiprocessing
 import os
-import pickle
 import signal
 import sys
-import tempfile
 import threading
 import time
 import uuid
@@ -59,8 +57,9 @@ if TYPE_CHECKING:
 
 _PATIENCE = 60.0  # s for which a run waits for one that a lost worker has not yet ended in the same directory
 _PAUSE = 0.5
-_last: dict[object, Burst] = {}
-"""The last burst of this process: runs that differ in the break-up or the flight alone have the same."""
+_last: list[tuple[object, Burst]] = []
+"""What the last burst of this process was made of, and that burst: runs that differ in the break-up or the flight alone
+have the same."""
 
 
 @dataclass(frozen=True)
@@ -84,8 +83,6 @@ class Task:
     sample: bool = False
     """With exposed sites, and fewer points of an integral."""
     threads: int = 1
-    scratch: Path | None = None
-    """A folder for files of the burst, which are removed; one that is not there: the machine's own."""
 
 
 @dataclass(frozen=True)
@@ -173,18 +170,17 @@ def _burst(case: CaseTable, task: Task) -> Burst:
     from fragfield.case.problem import burst_settings
     from fragfield.pipeline.parallel import Team
 
-    key: object = task.burst or pickle.dumps((burst_rounds(case), burst_settings(case)))
-    if key not in _last:
+    key: object = task.burst or (burst_rounds(case), burst_settings(case))
+    if not (_last and _last[0][0] == key):
         _last.clear()  # before the next one is made: two of them may not fit into the memory
         if task.burst is not None:
             run = RunDirectory(task.burst)
             burst = run.results().burst
             assert burst is not None  # a run that is shared
-            _last[key] = burst, Snapshot.read(run.file("burst_snapshot.h5"))
+            _last.append((key, (burst, Snapshot.read(run.file("burst_snapshot.h5")))))
         else:
-            scratch = task.scratch if task.scratch is not None and task.scratch.is_dir() else None
-            _last[key] = burst_beside(case, Path(tempfile.mkdtemp(prefix="burst-", dir=scratch)), Team())
-    return _last[key]
+            _last.append((key, burst_beside(case, Team())))
+    return _last[0][1]
 
 
 _WAIT = 0.2  # s; a wait without end would not see Ctrl-C on every system

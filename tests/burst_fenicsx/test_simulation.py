@@ -256,10 +256,10 @@ def test_a_folder_that_cannot_be_written_is_refused(tmp_path):
 
 
 def test_a_snapshot_that_cannot_be_written_is_refused(tmp_path):
-    from burst_fenicsx.files.snapshot import write_snapshot
+    from burst_fenicsx.files.snapshot import EndState, write_snapshot
 
     with pytest.raises(InputError, match=r"nowhere.burst_snapshot.h5: cannot be written: .*; name a folder"):
-        write_snapshot(tmp_path / "nowhere" / "burst_snapshot.h5", 0.0, {}, {}, [], [], {}, {})
+        write_snapshot(tmp_path / "nowhere" / "burst_snapshot.h5", EndState(0.0, {}, {}, [], [], {}), {})
 
 
 def test_cells_that_nothing_has_reached_take_no_steps_and_change_nothing(monkeypatch, tmp_path):

@@ -11,8 +11,7 @@ from flight.fluence import PolarGrid
 from flight.hazard.criteria import Criteria
 from flight.hazard.density.density_counts import DensityGroups
 from flight.hazard.density.directions import Directions
-from flight.hazard.density.distance import ExpectedDistance
-from flight.hazard.density.expected import expected_distance
+from flight.hazard.density.expected import ExpectedDistance, expected_distance
 from flight.hazard.density.sectors import tally
 from flight.hazard.ensemble import EnsembleHazard
 from flight.hazard.pool import Completeness, FlightCounts, PooledFlights

@@ -11,17 +11,14 @@ import flight
 from flight.arena import ArenaTable
 from flight.fluence import PolarGrid
 from flight.hazard import Criteria
-from flight.hazard.density.sectors import sectors_of, tally
+from flight.hazard.density.sectors import sectors_of
 from flight.hazard.exposed import Prism
-from flight.rows import LANDING, Status
 from fragfield.hazard.tp12 import PolarField, Retardation, beam_distance, effective_number
 from fragfield.hazard.walls import StoppingWall
 from fragfield.places.site import Site
 
 CLOUD = flight.Fragments([0.01, 0.02], (0.0, 0.0, 1.0), [(8.0, 0.0, 1.0), (0.0, 9.0, 2.0)])
 THIRD = flight.Fragments(0.01, (0.0, 0.0, 1.0), (8.0, 0.0, 1.0), round=2)
-LANDED = np.zeros(1, dtype=LANDING)
-LANDED["status"], LANDED["distance"] = Status.LANDED, 25.0
 FLAT = np.zeros((99, 99))
 BEAM, AIR = PolarField.of([CLOUD]), Retardation(flight.Drag.constant(1.0), 1.2, 340.0, 2600.0)
 
@@ -30,73 +27,41 @@ def flown(**given):
     return flight.fly(CLOUD, air="vacuum", sample=0, threads=1, **given)
 
 
-ABOVE_ZERO = {
-    "radius of a cylinder": lambda v: flight.Cylinder(radius=v),
-    "width of a panel": lambda v: flight.Panel((0, 0, 0), (1, 0, 0), v, 2.0),
-    "height of a panel": lambda v: flight.Panel((0, 0, 0), (1, 0, 0), 2.0, v),
-    "height of a wall": lambda v: flight.Wall((0, 0), (1, 0), v),
-    "thickness of a wall": lambda v: flight.Wall((0, 0), (1, 0), 2.0, v),
-    "height of a bank": lambda v: flight.Barricade((0, 0), (1, 0), v),
-    "crest of a bank": lambda v: flight.Barricade((0, 0), (1, 0), 2.0, v),
-    "length of a building": lambda v: flight.Building((0, 0), v, 1.0, 1.0),
-    "width of a building": lambda v: flight.Building((0, 0), 1.0, v, 1.0),
-    "height of a building": lambda v: flight.Building((0, 0), 1.0, 1.0, v),
-    "speed of sound": lambda v: flight.ConstantAir(1.2, v),
-    "critical angle": lambda v: flight.Ricochet(v, 0.5, 0.1),
-    "speed kept": lambda v: flight.Ricochet(8.0, v),
-    "departure": lambda v: flight.Ricochet(8.0, 0.5, v),
-    "factor of a drag table": lambda v: flight.Drag.of("sphere").scaled(v),
-    "mean shape factor": flight.shape.Mean,
-    "median shape factor": lambda v: flight.shape.Lognormal(0.2, v),
-    "density of a box": lambda v: flight.shape.Box(density=v),
-    "edge of a box": lambda v: flight.shape.Box((5.0, v, 1.0)),
-    "thickness that stops": lambda v: StoppingWall("steel", v),
-    "strength of concrete": lambda v: StoppingWall("concrete", 0.1, v),
-    "criterion's density": lambda v: Criteria(density=v),
-    "person's area": lambda v: Criteria(person_area=v),
-    "step of a map": lambda v: flight.HeightMap(FLAT, v),
-    "step of a map's rows": lambda v: flight.HeightMap(FLAT, (1.0, v)),
-    "cell of a grid": lambda v: PolarGrid(cell=v),
-    "fixed step": flight.FixedStep,
-    "mass": lambda v: flight.Fragments([0.1, v], (0, 0, 1), (1, 0, 0)),
-    "shape factor": lambda v: flight.Fragments(0.1, (0, 0, 1), (1, 0, 0), [2600.0, v]),
-    **{
-        f"{name} of a contact": lambda v, name=name: flight.Contact(**{name: v})
-        for name in ("density", "distance", "time_limit", "min_speed", "duration")
-    },
-}  # fmt: skip
-ZERO_OR_MORE = {
-    "density of air": flight.ConstantAir,
-    "drag coefficient": flight.Drag.constant,
-    "entry of a drag table": lambda v: flight.Drag(np.array([0.0, 1.0]), np.array([1.0, v])),
-    "slope of a bank": lambda v: flight.Barricade((0, 0), (1, 0), 2.0, slope=v),
-    "criterion's energy": lambda v: Criteria(energy=v),
-    "person's height": lambda v: Criteria(person_height=v),
-    "spread of shape factors": flight.shape.Lognormal,
-    "rounds on the side": lambda v: effective_number(v, 2),
-    "rounds on top": lambda v: effective_number(2, v),
-    "number of an arena's row": lambda v: arena(number=v),
-    "mean speed of an arena's row": lambda v: arena(speed=v),
-    "largest speed of an arena's row": lambda v: arena(max_speed=v),
-}
+OBJECTS = [
+    # what is made, what it needs, numbers that must be above zero, zero or more, finite
+    (flight.Cylinder, {"radius": 7.0}, "radius", "", ""),
+    (flight.Panel, {"centre": (0, 0, 0), "normal": (1, 0, 0), "width": 2.0, "height": 3.0}, "width height", "", ""),
+    (flight.Wall, {"start": (0, 0), "end": (1, 0), "height": 2.0}, "height thickness", "", "base"),
+    (flight.Barricade, {"start": (0, 0), "end": (1, 0), "height": 2.0}, "height crest_width", "slope", "base"),
+    (flight.Building, {"position": (0, 0), "length": 1.0, "width": 1.0, "height": 1.0}, "length width height", "",
+     "azimuth base"),
+    (flight.ConstantAir, {}, "sound_speed_everywhere", "density_everywhere", ""),
+    (flight.Ricochet, {"critical_angle": 8.0, "speed_kept": 0.5}, "critical_angle speed_kept departure", "", ""),
+    (flight.shape.Mean, {}, "shape_factor", "", ""),
+    (flight.shape.Lognormal, {"spread": 0.2}, "median", "spread", ""),
+    (flight.shape.Box, {}, "density", "", ""),
+    (flight.FixedStep, {}, "step", "", ""),
+    (flight.Contact, {}, "density distance time_limit min_speed duration", "", ""),
+    (flight.Fragments, {"mass": 0.1, "position": (0, 0, 1), "velocity": (1, 0, 0)}, "mass shape_factor", "", ""),
+    (flight.Wind.power_law, {"speed": 5.0, "towards_deg": 0.0}, "reference_height top", "", "speed exponent"),
+    (flight.HeightMap, {"heights": FLAT, "step": 1.0}, "step", "", ""),
+    (StoppingWall, {"material": "steel", "thickness": 0.1}, "thickness", "", ""),
+    (Criteria, {}, "density person_area", "energy person_height", ""),
+    (PolarGrid, {}, "cell", "", ""),
+    (Site, {"latitude": 0.0, "longitude": 0.0, "bearing": 0.0}, "", "", "bearing"),
+    (effective_number, {"side": 2, "top": 2}, "", "side top", ""),
+]  # fmt: skip
 FINITE = {
     "centre of a cylinder": lambda v: flight.Cylinder(7.0, (0.0, v)),
     "centre of a panel": lambda v: flight.Panel((0, v, 0), (1, 0, 0), 2.0, 3.0),
     "normal of a panel": lambda v: flight.Panel((0, 0, 0), (1, v, 0), 2.0, 3.0),
     "corner of a polygon": lambda v: flight.Polygon([(0, 0, 0), (1, 0, 0), (0, v, 0)]),
     "start of a wall": lambda v: flight.Wall((0, v), (1, 0), 2.0),
-    "position of a building": lambda v: flight.Building((v, 0), 1.0, 1.0, 1.0),
-    "azimuth of a building": lambda v: flight.Building((0, 0), 1.0, 1.0, 1.0, v),
-    "base of a building": lambda v: flight.Building((0, 0), 1.0, 1.0, 1.0, base=v),
     "corner of a map": lambda v: flight.HeightMap(FLAT, 1.0, (v, 0.0)),
     "wind's height": lambda v: flight.Wind.profile([-9.0, v], 5.0, 0.0),
-    "wind's speed": lambda v: flight.Wind.constant(v, 0.0),
-    "exponent of the wind": lambda v: flight.Wind.power_law(5.0, 0.0, exponent=v),
     "corner of a prism": lambda v: Prism([(0, 0), (1, 0), (1, 1), (v, 2.0)], 0.0, 3.0),
-    "bearing": lambda v: Site(0.0, 0.0, v),
     "position": lambda v: flight.Fragments(0.1, (0, v, 1), (1, 0, 0)),
     "velocity": lambda v: flight.Fragments(0.1, (0, 0, 1), (1, v, 0)),
-    "height of the ground": lambda v: flown(ground=-abs(v)),
 }
 
 
@@ -106,21 +71,28 @@ def arena(**changed):
     return ArenaTable(np.array([0.0, 90.0, 180.0]), np.array([0, 1]), np.zeros(2), np.ones(2), *rows)
 
 
-@pytest.mark.parametrize("name", ABOVE_ZERO)
-def test_what_must_be_above_zero_is_refused_elsewhere(name):
-    ABOVE_ZERO[name](0.25)
-    for value in (0.0, -1.0, math.nan, math.inf):
-        with pytest.raises(flight.InputError):
-            ABOVE_ZERO[name](value)
+@pytest.mark.parametrize(
+    ("make", "needed", "above", "low", "finite"), OBJECTS, ids=lambda one: getattr(one, "__name__", "")
+)
+def test_numbers_of_an_object_are_refused_beyond_their_ends(make, needed, above, low, finite):
+    """NaN and infinity too; a fourth is taken everywhere, zero where it may be."""
+    for names, taken, refused in (
+        (above, (0.25,), (0.0, -1.0)), (low, (0.0, 0.25), (-1.0,)), (finite, (0.25,), (-math.inf,)),
+    ):  # fmt: skip
+        for name in names.split():
+            for value in taken:
+                make(**needed | {name: value})
+            for value in (*refused, math.nan, math.inf):
+                with pytest.raises(flight.InputError):
+                    make(**needed | {name: value})
 
 
-@pytest.mark.parametrize("name", ZERO_OR_MORE)
-def test_what_must_not_be_negative_may_be_zero(name):
-    for value in (0.0, 0.25):
-        ZERO_OR_MORE[name](value)
+@pytest.mark.parametrize("name", ["number", "mass", "speed", "max_speed"])
+def test_numbers_of_an_arena_are_zero_or_more(name):
+    arena(**{name: 0.25})
     for value in (-1.0, math.nan, math.inf):
         with pytest.raises(flight.InputError):
-            ZERO_OR_MORE[name](value)
+            arena(**{name: value})
 
 
 @pytest.mark.parametrize("name", FINITE)
@@ -220,25 +192,3 @@ def test_widths_that_do_not_divide_the_circle_are_refused(width):
     for call in (lambda: sectors_of(np.zeros(1), width), lambda: ArenaTable.of([CLOUD], width=width)):
         with pytest.raises(flight.InputError):
             call()
-
-
-@pytest.mark.parametrize(
-    "edges", [[1.0, 180.0], [0.0, 179.0], [0.0, 90.0, 90.0, 180.0], [0.0], [0.0, 100.0, 90.0, 180.0]]
-)
-def test_zones_that_leave_a_gap_are_refused(edges):
-    with pytest.raises(flight.InputError, match="zones must rise from 0 to 180"):
-        ArenaTable(np.array(edges), *[np.zeros(0, dtype=np.int64)], *[np.zeros(0)] * 6)
-
-
-def test_defaults_are_those_of_no_argument():
-    """What is left out, and what is given as its default, is one."""
-    assert tally(LANDED, 0.0).hazardous.sum() == 1
-    assert tally(LANDED).hazardous.sum() == tally(LANDED, 79.0).hazardous.sum() == 0
-
-
-def test_ground_and_ricochet_fit_together():
-    assert flown(ground=None, time_limit=0.1).summary["landed"] == 0
-    assert flown(ground=0.0, ricochet="rock").summary["landed"] == 2
-    with pytest.raises(flight.InputError):
-        flown(ground=2.0)
-    assert flown(gravity=0.0, ground=None, time_limit=0.1).summary["landed"] == 0

@@ -88,14 +88,6 @@ def test_a_realisation_has_the_numbers_and_directions_of_its_table(table):
     assert ours["mean_speed"][full] == pytest.approx(theirs["mean_speed"][full], rel=0.005)
 
 
-@pytest.mark.slow
-def test_distance_from_the_table_is_that_of_the_fragments(table):
-    ours, error = distance_of([burst(seed) for seed in range(60)])
-    theirs, other = distance_of([table.realisation(2, k) for k in range(60)])
-    assert abs(ours - theirs) < 3.0 * np.hypot(error, other)
-    assert theirs == pytest.approx(ours, rel=0.04)
-
-
 @pytest.mark.parametrize("edges", [(0.0, np.inf), (0.0, 0.003, 0.02, np.inf), (0.0, 0.02, 0.1, np.inf)])
 def test_masses_within_wide_groups_are_spread_by_a_law_with_their_mean(edges):
     """Mott masses in few groups: drawn again they keep mean, edges, and the number of heavy ones within 15 %."""
@@ -129,18 +121,6 @@ def test_joined_zones_hold_what_their_zones_hold(table):
     for name in ("number", "mass", "max_speed"):
         pairs = theirs[name].reshape(-1, 2)
         assert ours[name] == pytest.approx(pairs.max(axis=1) if name == "max_speed" else pairs.sum(axis=1)), name
-
-
-@pytest.mark.slow
-def test_coarse_groups_keep_the_distance(table):
-    """The table's groups of mass joined to three, and to one: the distances of the fragments within 6 %."""
-    ours, _ = distance_of([burst(seed) for seed in range(60)])
-    for edges in ((0.0, 0.02, 0.1, np.inf), (0.0, np.inf)):
-        group = np.clip(np.searchsorted(edges, table.mass, side="right") - 1, 0, len(edges) - 2)
-        low, high = np.array(edges)[group], np.array(edges)[group + 1]
-        whole = ArenaTable(table.zones, table.zone, low, high, table.number, table.mass, table.speed, table.max_speed)
-        theirs, _ = distance_of([whole.merged().realisation(2, k) for k in range(60)])
-        assert theirs == pytest.approx(ours, rel=0.06), edges
 
 
 def test_fragments_at_rest_count_abreast_and_fall(table):

@@ -43,6 +43,8 @@ HEAT = "zone_from_deg;zone_to_deg;mass_from_kg;mass_to_kg;number;mean_mass_kg;me
         (lambda: flight.hazard_distance(ONE, kernel="10 deg"), "hazard_distance: kernel is the text '10 deg'; needed"),
         (lambda: Directions(PolarGrid(), kernel="10 deg"), "hazard: kernel is the text '10 deg'; needed: degrees"),
         (lambda: flight.fly(ONE, gravity="9.81"), "fly: gravity is the text '9.81'; needed: metres per second squared"),
+        (lambda: ArenaTable.of([ONE]).realisation(1, axis=(0, 0, 0)), "arena: axis is .*, needed: a direction"),
+        (lambda: flight.Contact(between="round"), r"contact: between is 'round'.*'rounds'"),
         (lambda: flight.fly(ONE, air="1.2 kg/m3"), "air: unknown name '1.2 kg/m3'.* or a density in kg/m3"),
     ],
 )  # fmt: skip

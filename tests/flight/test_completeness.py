@@ -91,7 +91,3 @@ def test_hits_without_landings_leave_it_open() -> None:
     assert found.reason.startswith("none of 200 fragments landed")
     assert f"{found.hits} crossings of witness surfaces" in found.reason
     assert found.missing == 0.0
-
-
-def test_no_fragments_leave_it_open() -> None:
-    assert Completeness().reason == "there are no fragments"

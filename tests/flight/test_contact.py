@@ -18,7 +18,6 @@ from flight import (
     Drag,
     Fragments,
     HeightMap,
-    InputError,
     StandardAtmosphere,
     Status,
     Wall,
@@ -259,40 +258,11 @@ def test_overlap_at_launch_does_not_explode() -> None:
     assert result.landing["speed"] == pytest.approx(500.0, rel=1e-12)
 
 
-def test_a_dilute_cloud_and_the_distance_end_contact() -> None:
-    radius = 5e-3
-    pair = Fragments(mass_of(radius), [[0, 0, 0], [30.0, 0, 0]], [[500.0, 0, 0], [-500.0, 0, 0]])
-    near, far = (fly(pair, contact=Contact(distance=d), **STILL) for d in (10.0, 16.0))
-    assert (len(near.contacts), len(far.contacts)) == (0, 1)
-    assert near.summary["contact"]["windows"] < 60
-
-
-def test_one_fragment_or_none_has_no_collision() -> None:
-    one = Fragments(0.1, (0.0, 0.0, 1.0), (100.0, 0.0, 0.0))
-    assert (fly(one, contact=Contact()).landing == fly(one).landing).all()
-    assert len(fly(one.select(slice(0, 0)), contact=Contact()).landing) == 0
-
-
 def test_nothing_meets_below_the_ground() -> None:
     pair = Fragments(mass_of(5e-3), [[0, 0, 0.1], [2, 0, 0.1]], [[200, 0, -100], [-200, 0, -100]])
     result = fly(pair, contact=Contact(), air="vacuum")
     assert len(result.contacts) == 0
     assert (result.landing["status"] == Status.LANDED).all()
-
-
-@pytest.mark.parametrize(
-    ("argument", "message"),
-    [
-        ({"density": 0.0}, r"contact: density is 0\.0 kg/m3, needed: above zero"),
-        ({"restitution": 1.2}, "restitution is 1.2, allowed: 0 to 1"),
-        ({"friction_angle_deg": 90.0}, "friction_angle_deg is 90.0 degrees, allowed: 0 to below 90"),
-        ({"distance": math.inf}, "distance is inf m"),
-        ({"between": "round"}, r"contact: between is 'round'.*'rounds'"),
-    ],
-)
-def test_messages(argument: dict[str, float], message: str) -> None:
-    with pytest.raises(InputError, match=message):
-        Contact(**argument)
 
 
 def of_two_rounds(fragments: Fragments) -> Fragments:

@@ -118,12 +118,6 @@ def test_chord_within_one_step(integrator: FixedStep | None) -> None:
     assert result.hits["direction"].tolist() == [-1, 1] * 6
 
 
-def test_exact_touch_counts_no_half_crossings() -> None:
-    fragments = Fragments(0.01, (-7.0, 1.0, 0.0), (900.0, 0.0, 0.0))
-    hits = fly(fragments, air="vacuum", gravity=0.0, ground=None, time_limit=0.05, witnesses=[Cylinder(1.0)]).hits
-    assert len(hits) in (0, 2)
-
-
 def test_joints_of_steps_count_once() -> None:
     """Surfaces exactly where fixed steps end."""
     fragments = Fragments(0.01, np.zeros(3), (64.0, 0.0, 0.0))
@@ -190,13 +184,6 @@ def test_outline_with_a_notch() -> None:
             assert np.array_equal(result.hits_on("L")["fragment"], np.flatnonzero(inside))
             before = np.flatnonzero((y > 0.0) & (z > 0.0) & (y + z < 4.03))
             assert np.array_equal(result.hits_on("triangle")["fragment"], before)
-
-
-def test_two_of_one_name_are_asked_by_index() -> None:
-    result = fly(cloud(3), witnesses=[Cylinder(1.0), Cylinder(2.0)])
-    assert len(result.hits_on(0)) + len(result.hits_on(1)) == len(result.hits) > 0
-    with pytest.raises(InputError, match="2 witnesses are called 'cylinder'; ask by index"):
-        result.hits_on("cylinder")
 
 
 def test_many_hits_are_all_kept() -> None:

@@ -47,6 +47,30 @@ def test_level_flight_leaves_the_width_of_every_annulus() -> None:
     assert found[hit][:, inside] == pytest.approx(np.broadcast_to(width[inside], (36, inside.sum())), rel=1e-9)
 
 
+def test_a_path_counts_in_the_cell_of_its_azimuth() -> None:
+    """In cells of a hundredth of a degree, all round; only within 1e-7 rad of a bound not."""
+    grid = PolarGrid(72, 500, 10.0, 2)
+    angle = np.random.default_rng(3).uniform(-math.pi, math.pi, 3000)
+    cells = (np.degrees(angle) - grid.start) / grid.width
+    angle = angle[np.abs(cells - np.round(cells)) * math.radians(grid.width) > 1e-7]
+    velocity = 300.0 * np.column_stack([np.cos(angle), np.sin(angle), np.zeros_like(angle)])
+    found, grid, _ = lengths(launched([0.0, 0.0, 1.0], velocity), grid=grid, gravity=0.0, domain=Domain(radius=15.0))
+    number = np.bincount(grid.cells_of(np.degrees(angle), 1.0)[0], minlength=grid.azimuth_cells)
+    assert found.sum(axis=1) == pytest.approx(15.0 * number, rel=1e-9)
+
+
+@pytest.mark.parametrize("aside", [0.0, 0.7, 7.0])
+def test_a_path_that_passes_the_origin_counts_where_it_lies(aside: float) -> None:
+    """One long level step past the origin: twice sqrt(R^2 - a^2) within every radius R."""
+    fragments = launched([-120.0, aside, 1.0], [[300.0, 0.0, 0.0]])
+    found, grid, _ = lengths(fragments, gravity=0.0, domain=Domain(radius=150.0))
+    within = np.cumsum(found.sum(axis=0))
+    radius = grid.edges[1:]
+    exact = 2.0 * np.sqrt(np.maximum(radius**2 - aside**2, 0.0))
+    near = (radius > 1.5 * aside + 1.0) & (radius < 119.0)
+    assert within[near] == pytest.approx(exact[near], rel=0.02)
+
+
 def test_above_a_person_nothing_counts() -> None:
     fragments = launched([0.0, 0.0, 2.0], rays(8, 300.0, 0.0))
     found, _, _ = lengths(fragments, gravity=0.0, domain=Domain(radius=100.0))

@@ -125,11 +125,9 @@ PANEL = flight.Panel((10.0, 0.0, 1.0), (1.0, 0.0, 0.0), 2.0, 2.0)
     ("arguments", "words"),
     [
         ({"wind": 5.0}, r"fly: wind is 5.0; allowed: flight.Wind, such as flight.Wind.constant\(5.0, towards_deg"),
-        ({"witnesses": 3.0}, "fly: witnesses: found 3.0; allowed: flight.Cylinder, Panel or Polygon, or a sequence"),
         ({"witnesses": [PANEL, "ring"]}, "fly: witnesses: found 'ring'; allowed: flight.Cylinder"),
         ({"obstacles": PANEL}, "fly: obstacles: found Panel.*; allowed: flight.Wall, Barricade or Building"),
         ({"contact": True}, "fly: contact is True; allowed: flight.Contact or None"),
-        ({"domain": 500.0}, "fly: domain is 500.0; allowed: flight.Domain or None"),
         ({"fluence": 1.8}, "fly: fluence is 1.8; allowed: flight.fluence.FluenceGrid or None"),
         ({"weights": 2.0}, "fly: weights is 2.0; allowed: flight.fluence.Weights or None"),
         ({"air": [1.2]}, r"air is \[1.2\]; allowed: a name, a density, flight.ConstantAir or StandardAtmosphere"),

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.interpolate import PchipInterpolator
 
-from flight import ConstantAir, Drag, InputError, StandardAtmosphere, Wind
+from flight import Drag, InputError, StandardAtmosphere, Wind
 from flight.drag import BUILT_IN
 from flight.scene.air import EARTH_RADIUS
 from flight.scene.tables import evaluate_pieces
@@ -117,27 +117,6 @@ def test_drag_messages(tmp_path, text: str, message: str) -> None:
     path.write_text(text)
     with pytest.raises(InputError, match=message):
         Drag.read(path)
-
-
-def test_more_messages(tmp_path) -> None:
-    with pytest.raises(InputError, match=r"drag table: entry 2: Mach 0\.5 follows 1\.0; needed"):
-        Drag(np.array([0.0, 1.0, 0.5]), np.ones(3))
-    with pytest.raises(InputError, match="unknown table 'spere'; did you mean 'sphere'"):
-        Drag.named("spere")
-    with pytest.raises(InputError, match="constant coefficient is -1"):
-        Drag.of(-1.0)
-    with pytest.raises(InputError, match="density_everywhere is -1"):
-        ConstantAir(-1.0)
-    with pytest.raises(InputError, match="sound_speed_everywhere is 0"):
-        ConstantAir(1.2, 0.0)
-    with pytest.raises(InputError, match="site_altitude is 100000"):
-        StandardAtmosphere(100_000.0)
-    with pytest.raises(InputError, match=r"height 5\.0 m follows 10\.0 m"):
-        Wind.profile([0.0, 10.0, 5.0], [1.0, 2.0, 3.0], 0.0)
-    with pytest.raises(InputError, match="do not fit together"):
-        Wind.profile([0.0, 10.0], [1.0, 2.0, 3.0], 0.0)
-    with pytest.raises(InputError, match="not a finite number"):
-        Wind.constant(np.nan, 0.0)
 
 
 def test_wind_profile() -> None:

@@ -36,28 +36,6 @@ def test_numbers_are_read_back_equal_to_ten_digits(tmp_path):
     np.testing.assert_array_equal(found["n"], np.arange(len(drawn)))
 
 
-def test_every_cell_is_as_c_writes_it(tmp_path):
-    """Numbers of every kind, most of them where rounding to ten digits is hard."""
-    draw, rows = np.random.default_rng(18), 4000
-    bits = draw.integers(-(2**63), 2**63 - 1, rows)
-    columns = {
-        "bits": bits.view(np.float64),
-        "halves of the last digit": draw.integers(-(2**40), 2**40, rows) / 2.0 ** draw.integers(0, 12, rows),
-        "beside powers of ten": np.nextafter(
-            10.0 ** draw.integers(-20, 20, rows), draw.choice([-np.inf, np.inf], rows)
-        ),
-        "nines": (1e10 - draw.integers(0, 30, rows) / 10.0) * 10.0 ** draw.integers(-20, 10, rows),
-        "single": draw.normal(size=rows).astype(np.float32),
-    }
-    written = _lines(write_columns(tmp_path / "table.csv", {**columns, "whole": bits}))
-    numbers = np.column_stack([np.asarray(column, dtype=np.float64) for column in columns.values()])
-    expected = [
-        ",".join([*(f"{value:.10g}" for value in row), str(whole)])
-        for row, whole in zip(numbers.tolist(), bits.tolist(), strict=True)
-    ]
-    assert [(a, b) for a, b in zip(written, expected, strict=True) if a != b] == []
-
-
 @pytest.mark.slow
 def test_a_million_rows_are_never_in_memory_as_text(tmp_path):
     columns = {name: np.random.default_rng(3).normal(size=1_000_000) for name in ("x", "y", "z")}
@@ -79,12 +57,3 @@ def test_blocks_join_without_a_seam(tmp_path, number):
     assert path.read_text().splitlines() == [
         "name,half", *(f"{names[row % 2]},{0.5 * row:.10g}" for row in range(number)),
     ]  # fmt: skip
-
-
-def test_a_column_of_a_structured_array_and_no_labels(tmp_path):
-    table = np.zeros(3, dtype=[("x", "f8", 3), ("n", "i4")])
-    table["x"] = np.arange(9.0).reshape(3, 3) / 7.0
-    path = write_columns(tmp_path / "t.csv", {"y": table["x"][:, 1], "n": table["n"]})
-    assert _lines(path) == [f"{value:.10g},0" for value in table["x"][:, 1]]
-    empty = write_columns(tmp_path / "e.csv", {"name": Labels([], np.zeros(0, dtype=np.int32))})
-    assert empty.read_text() == "name\n"

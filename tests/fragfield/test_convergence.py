@@ -4,9 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import signal
-import subprocess
-import time
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -15,7 +12,7 @@ import pytest
 
 from fragfield.case import load_case
 from fragfield.errors import InputError
-from fragfield.files.run_directory import SCRATCH, STAGES, RunDirectory
+from fragfield.files.run_directory import RunDirectory
 from fragfield.hazard.recommended import recommended_of
 from fragfield.pipeline import convergence as module
 from fragfield.pipeline.convergence import COMMON, convergence_of
@@ -32,7 +29,7 @@ from fragfield.terminal.progress import ProgressReporter
 from fragfield.terminal.show import convergence_words
 from tests.fragfield.example_results import example
 from tests.fragfield.plain_reports import plain_report
-from tests.fragfield.short_run import ROOT, command, environment
+from tests.fragfield.short_run import ROOT
 from tests.fragfield.synthetic_run import write_run
 
 BURST = {"geometry": "axisymmetric", "wall_seconds": 10.0, "cells": 1600,
@@ -194,8 +191,7 @@ def test_a_run_without_a_distance_has_no_convergence_of_it(job, monkeypatch):
 def test_nothing_is_left_behind(job, monkeypatch, error):
     import burst_fenicsx
 
-    def simulate(_rounds, _settings, folder, **_):
-        (folder / "burst_snapshot.h5").touch()
+    def simulate(*_, **__):
         raise error
 
     monkeypatch.setattr(burst_fenicsx, "simulate", simulate)
@@ -206,15 +202,6 @@ def test_nothing_is_left_behind(job, monkeypatch, error):
     else:
         assert convergence_of(job, FLOWN, HEADLINE).reason == "6 mm could not be computed: the mesh cannot be made"
     assert list(job.target.path.iterdir()) == []
-
-
-def test_what_a_killed_run_left_is_removed(tmp_path):
-    directory = RunDirectory(tmp_path)
-    directory.write_case(load_case(ROOT / "cases" / "m107_tnt.toml"))
-    (tmp_path / SCRATCH).mkdir()
-    (tmp_path / SCRATCH / "burst.h5").touch()
-    directory.remove([STAGES["fly"]])
-    assert not (tmp_path / SCRATCH).exists()
 
 
 def _run(share, *, kind="monotone", tolerance=0.02):
@@ -247,22 +234,6 @@ def test_the_report_has_a_line_for_each_quantity(tmp_path):
     assert line == (
         "Expected distance (m)", "100 ± 1", "101 ± 1", "103 ± 1", "1.5", "99", "3", "order observed",
     )  # fmt: skip
-
-
-@pytest.mark.slow
-@pytest.mark.dolfinx
-def test_an_interrupted_run_leaves_no_scratch_folder(short_case, tmp_path):
-    out = tmp_path / "out"
-    process = subprocess.Popen(command("run", short_case, "--out", out, "--quiet"), env=environment())
-    until = time.monotonic() + 300.0
-    while not (out / SCRATCH).exists():
-        assert process.poll() is None, "ended before other sizes were computed"
-        assert time.monotonic() < until
-        time.sleep(0.002)
-    process.send_signal(signal.SIGTERM)
-    assert process.wait(timeout=60) == 130
-    assert not (out / SCRATCH).exists()
-    assert not RunDirectory(out).complete(STAGES["fly"])  # a resumed run computes it again
 
 
 def test_values_of_an_integral_have_a_line_with_the_scatter_about_it():

@@ -10,9 +10,9 @@ import pytest
 from scipy.stats import gamma
 
 from flight.fluence import PolarGrid
-from flight.hazard.density.distance import ExpectedDistance
+from flight.hazard.density.expected import ExpectedDistance
 from flight.hazard.exposed import COUNTS
-from flight.scene.plan import signed_area
+from flight.scene.targets import signed_area
 from fragfield.case import load_case
 from fragfield.case.conversion.exposed_sites import exposed_sites_of
 from fragfield.case.conversion.surroundings import direction_words, site_of

@@ -50,7 +50,7 @@ def cell_areas() -> np.ndarray:
 
 
 def entries(sums: ExposedSums) -> list[dict]:
-    from flight.hazard.density.distance import ExpectedDistance
+    from flight.hazard.density.expected import ExpectedDistance
     from flight.hazard.ensemble import EnsembleHazard
 
     one = np.array([100.0])

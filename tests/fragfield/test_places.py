@@ -9,7 +9,7 @@ import zipfile
 import numpy as np
 import pytest
 
-from flight.scene.plan import signed_area
+from flight.scene.targets import signed_area
 from fragfield.case import load_case
 from fragfield.case.tables.surroundings import PlacesTable
 from fragfield.checking.check import describe_exposed

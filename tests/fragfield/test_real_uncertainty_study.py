@@ -65,7 +65,6 @@ def real_study(short_meridian, tmp_path_factory):
 def test_real_samples_and_their_files(real_study):
     out, printed = real_study
     assert printed["states"]["done"] == 12
-    assert not (out / ".scratch").exists()
     nominal = RunDirectory(out / "nominal").summary()["hazard"]
     assert {key: nominal[key] for key in printed["hazard"]} == printed["hazard"]
     page, report = ((out / name).read_text() for name in ("uncertainty.html", "nominal/report.html"))

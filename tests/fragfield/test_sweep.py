@@ -5,7 +5,9 @@ from __future__ import annotations
 import csv
 import json
 import shutil
+from dataclasses import fields
 
+import numpy as np
 import pytest
 
 import fragfield
@@ -225,6 +227,30 @@ def test_runs_of_another_case_are_refused_or_replaced(tmp_path, calls, keep):
     assert len(made) == 1
     assert invoke(*arguments, "--overwrite").exit_code == 0
     assert len(made) == 2
+
+
+@pytest.mark.dolfinx
+@pytest.mark.parametrize("geometry", ["axisymmetric", "3d"])
+def test_a_burst_without_files_ends_in_the_state_of_its_file(tmp_path, geometry):
+    from burst_fenicsx import simulate
+    from fragfield.case.conversion.rounds import burst_rounds
+    from fragfield.case.problem import burst_settings
+    from fragfield.pipeline.beside import burst_beside
+    from fragfield.pipeline.parallel import Team
+    from transition import Snapshot
+
+    (tmp_path / "short.toml").write_text(RINGS)
+    case = load_changed_case(tmp_path / "short.toml", {"burst.geometry": geometry, "burst.end_time": "15 us"})
+    simulate(burst_rounds(case), burst_settings(case), tmp_path)
+    _, state = burst_beside(case, Team())
+    of_file = Snapshot.read(tmp_path / "burst_snapshot.h5")
+    for name in (one.name for one in fields(Snapshot)):
+        here, value = getattr(state, name), getattr(of_file, name)
+        if isinstance(value, np.ndarray):
+            assert (here.dtype, here.flags.c_contiguous) == (value.dtype, True)
+            np.testing.assert_array_equal(here, value)
+        elif name not in ("source", "provenance"):
+            assert here == value
 
 
 @pytest.mark.dolfinx

@@ -17,7 +17,7 @@ from flight.hazard.density.expected import expected_distance
 from flight.hazard.integral import integrate
 from flight.hazard.pool import FlightCounts, PooledFlights
 from flight.hazard.weighted import count_weighted, expected_of
-from flight.integrate.legs import legs_between
+from flight.integrate.contact import legs_between
 from fragfield.case import load_case
 from fragfield.case.conversion.turned import Arrangement
 from fragfield.pipeline.flown import above_ground

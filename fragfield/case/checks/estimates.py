@@ -100,7 +100,7 @@ def check_numbers(case: CaseTable, settings: BreakUpSettings, *, margin: float =
     if not case.round:
         return
     first = first_alike(case)
-    items = {index: burst_round(case.round[index], f"round[{index + 1}]") for index in set(first)}
+    items = {index: burst_round(case.round[index]) for index in set(first)}
     means = {index: expected_means(item, settings) for index, item in items.items()}
     number = _images(case) * sum(one.mass / one.mean for index in first for one in means[index])
     every = [one for found in means.values() for one in found]
@@ -265,7 +265,7 @@ def farthest_throw(case: CaseTable) -> float | None:
     try:
         settings = problem.break_up_settings(case)
         for index in set(first_alike(case)):
-            for one in expected_means(burst_round(case.round[index], f"round[{index + 1}]"), settings):
+            for one in expected_means(burst_round(case.round[index]), settings):
                 number = _images(case) * len(case.round) * _ONE_IN * one.mass / one.mean
                 heaviest = min(0.5 * one.mean * math.log(number) ** 2, one.mass)
                 pieces.append((heaviest, _FASTER * one.speed))

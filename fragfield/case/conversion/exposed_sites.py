@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from flight.errors import InputError
 from flight.hazard.exposed import Prism
-from flight.scene.plan import contains
+from flight.scene.targets import contains
 from fragfield.case.conversion.surroundings import ground_height, site_of
 from fragfield.case.faults import Fault
 from fragfield.case.schema import CaseTable

@@ -27,24 +27,16 @@ Array = NDArray[np.float64]
 
 def burst_rounds(case: CaseTable) -> list[Round]:
     """Rounds of the burst stage, in the order of the file."""
-    made: dict[str, Profile] = {}
-    return [burst_round(entry, f"round[{number}]", made) for number, entry in enumerate(case.round, start=1)]
+    return [burst_round(entry) for entry in case.round]
 
 
-def burst_round(entry: RoundTable, key: str, made: dict[str, Profile] | None = None) -> Round:
-    """One resolved round; `key` names it in messages, profiles already `made` are taken from there."""
-    from burst_fenicsx.geometry import profile_from_table
-
-    profile = None
-    if isinstance(entry.profile, dict):
-        made, text = ({} if made is None else made), repr(entry.profile)
-        profile = made.get(text) or profile_from_table(entry.profile, where=f"{key}.profile")
-        made[text] = profile
+def burst_round(entry: RoundTable) -> Round:
+    """One resolved round."""
     return Round(
         name=entry.name,
         explosive=entry.material("explosive"),
         casing=entry.material("casing"),
-        profile=profile,
+        profile=profile_of(entry) if isinstance(entry.profile, dict) else None,
         mesh_file=Path(entry.mesh) if entry.mesh is not None else None,
         mesh_unit=entry.mesh_unit or "m",
         position=entry.position,
@@ -63,7 +55,7 @@ def placed(entry: RoundTable) -> Body:
 
     if isinstance(entry.profile, dict):
         return placed_body(profile_of(entry), entry.position, entry.axis)
-    return Hull.of(mesh_round(burst_round(entry, entry.name), 1.0).nodes, entry.axis)
+    return Hull.of(mesh_round(burst_round(entry), 1.0).nodes, entry.axis)
 
 
 def meshed(entry: RoundTable, cell_size: float) -> Body:
@@ -133,7 +125,7 @@ def charge_centre(entry: RoundTable) -> tuple[float, float, float]:
     return x, y, z
 
 
-@lru_cache(maxsize=64)  # the rounds of a stack have one
+@lru_cache(maxsize=64)  # the rounds of a stack, and of a study, have one
 def _profile(table: str) -> Profile:
     from burst_fenicsx.geometry import profile_from_table
 
@@ -212,7 +204,7 @@ class RoundMasses:
 
 def masses_of(entry: RoundTable | Round) -> RoundMasses:
     """Masses of a round, resolved or as the burst has it."""
-    item = burst_round(entry, entry.name) if isinstance(entry, RoundTable) else entry
+    item = burst_round(entry) if isinstance(entry, RoundTable) else entry
     casing, charge = item.casing.density, item.explosive.density
     profile = profile_of(entry) if isinstance(entry, RoundTable) and entry.mesh is None else item.profile
     if profile is None:

@@ -250,12 +250,12 @@ def origin_faults(case: CaseTable) -> Iterator[Fault]:
 
 
 def _casing(entry: RoundTable) -> tuple[float, Array]:
-    density = burst_round(entry, entry.name).casing.density
+    density = burst_round(entry).casing.density
     if entry.profile is None:
         from burst_fenicsx.meshing import mesh_round
         from burst_fenicsx.meshing.mesh import cell_centres, cell_volumes
 
-        mesh = mesh_round(burst_round(entry, entry.name), 1.0)
+        mesh = mesh_round(burst_round(entry), 1.0)
         weight = np.where(mesh.part == Part.CASING, cell_volumes(mesh), 0.0)
         return density * float(weight.sum()), weight @ cell_centres(mesh) / weight.sum()
     profile = profile_of(entry)

@@ -8,7 +8,7 @@ from pydantic import Discriminator, Field, Tag
 
 from flight.hazard.criteria import Criteria
 from flight.integrate.contact import Contact
-from flight.integrate.integrator import Steps
+from flight.integrate.job import Steps
 from flight.scene.air import STANDARD_GRAVITY, AirLaw
 from flight.scene.targets import Cylinder, Panel, Polygon
 from flight.scene.wind import WindLaw

@@ -144,7 +144,7 @@ class Uncertainty(Study):
         shared = None if self._plan.burst is None else self.bursts[int(self._plan.burst[number])][0].directory
         return Task(
             self.sample_rows[number].name, self._plan.document(number), results_of_summary, burst=shared, sample=True,
-            threads=self.threads, scratch=self.scratch,
+            threads=self.threads,
         )  # fmt: skip
 
     def _nominal(self) -> RunDirectory:

@@ -16,7 +16,8 @@ pytest.importorskip("burst_fenicsx.compat")
 
 from mpi4py import MPI
 
-from burst_fenicsx import simulation
+from burst_fenicsx import assembled, simulation
+from burst_fenicsx.axisymmetric.meridian import MERIDIAN
 from burst_fenicsx.errors import InputError, NumericalStop
 from burst_fenicsx.geometry import profile_from_table
 from burst_fenicsx.materials.library import burst_explosive_names, load_casing, load_explosive
@@ -110,6 +111,24 @@ def test_it_takes_one_thread_whatever_is_given_and_leaves_the_number_as_it_was(t
         numba.set_num_threads(usual)
     for name in ("burst_snapshot.h5", "burst"):
         same_data(one / name, two / name)
+
+
+def test_a_kept_mesh_begins_each_burst_at_rest_and_is_that_of_its_shape_and_cells(monkeypatch):
+    """Bit by bit as on a mesh of its own, whatever moved the nodes before; other materials take the same mesh."""
+    meshed, made = MERIDIAN.make_mesh, []
+    counting = replace(MERIDIAN, make_mesh=lambda *asked: made.append(1) or meshed(*asked))
+    monkeypatch.setattr(assembled, "MERIDIAN", counting)
+    monkeypatch.setattr(assembled, "_kept", {})
+    dense, finer = tube(explosive=load_explosive("comp_b")), replace(RINGS, cell_size=6e-3)
+    problems = [(tube(), RINGS), (dense, RINGS), (tube(), RINGS), (tube(), finer), (tube(), RINGS)]
+    kept = [simulate([item], settings, None, keep_mesh=True).end for item, settings in problems]
+    assert len(made) == 3
+    for (item, settings), end in zip(problems[:4], kept, strict=False):
+        own = simulate([item], settings, None).end
+        for name in ("reference", "position", "velocity"):
+            np.testing.assert_array_equal(end.nodes[name], own.nodes[name])
+        np.testing.assert_array_equal(end.cells["plastic_shear_strain"], own.cells["plastic_shear_strain"])
+    assert len(made) == 7
 
 
 def test_place_and_direction_in_space_do_not_change_the_speeds(tmp_path):
