@@ -9,7 +9,8 @@
 set -eu
 
 supported_dolfinx="0.5 0.9 0.10 0.11"
-extras="app,terrain,tables,drawings,test,lint,docs"
+extras="app,terrain,tables,drawings"
+tools="test,lint,docs"  # for whoever changes the program
 apt_packages="python3-dolfinx-real python3-h5py python3-h5py-mpi python3-rasterio python3-pyproj proj-bin python3-venv openmpi-bin
 ca-certificates gcc libc6-dev libgl1 libglu1-mesa libxrender1 libxcursor1 libxfixes3 libxft2 libfontconfig1 libxinerama1"
 
@@ -25,7 +26,7 @@ usage() {
     cat <<'END'
 usage: sh setup.sh [ACT] [ARGUMENT...]
 
-  install    set up only (default)
+  install    set up only (default), without what acts below demo and examples add for tests, lint and docs
   demo       the demonstration: cases/grenade_155_tnt.toml with coarse cells, into runs/demo
   examples   the scripts of examples/, with their pictures, into runs/examples; "pictures": also into the gallery of docs/
   test       the tests, on two cores or more side by side; arguments go to pytest (-n 0: one after the other)
@@ -60,12 +61,6 @@ fits = libc == "glibc" and tuple(map(int, version.split("."))) >= (2, 34) and pl
 sys.exit(not (fits and sys.version_info >= (3, 12)))' 2>/dev/null
 }
 
-missing_packages() {
-    for package in $apt_packages; do
-        [ "$(dpkg-query -W -f='${db:Status-Status}' "$package" 2>/dev/null)" = installed ] || printf ' %s' "$package"
-    done
-}
-
 choose_python() {  # sets python and origin
     # A shell of its own, since os-release sets names of its own, and ends the shell where it is missing.
     release=$( (. "${OS_RELEASE:-/etc/os-release}" 2>/dev/null && echo "$ID ${VERSION_ID:-unnumbered}") || echo unknown)
@@ -82,7 +77,10 @@ choose_python() {  # sets python and origin
         if [ -x "$python" ] && probe "$python" >/dev/null; then return; fi
     done
     if [ -n "$debian" ]; then
-        python=/usr/bin/python3 origin=debian missing=$(missing_packages)
+        python=/usr/bin/python3 origin=debian
+        missing=$(for name in $apt_packages; do
+            [ "$(dpkg-query -W -f='${db:Status-Status}' "$name" 2>/dev/null)" = installed ] || printf ' %s' "$name"
+        done)
         # Without a terminal sudo could not ask for the password.
         if [ -z "$missing" ] || [ "$(id -u)" -eq 0 ] || { command -v sudo >/dev/null && { [ -t 0 ] || sudo -n true 2>/dev/null; }; }; then return; fi
     fi
@@ -157,20 +155,21 @@ set_up() {
     if [ "$origin" = debian ]; then install_debian_packages $missing; fi
     check_dolfinx
     stamp="$root $python $versions $(cat setup.sh dependencies.txt pyproject.toml flight/pyproject.toml constraints/*.txt | cksum)"
-    if [ "$(cat "$venv/.stamp" 2>/dev/null)" = "$stamp" ]; then return 0; fi
+    case $act in install | demo | examples) ;; *) stamp="$stamp $tools" extras=$extras,$tools ;; esac
+    case $(cat "$venv/.stamp" 2>/dev/null) in "$stamp" | "$stamp $tools") return 0 ;; esac
     say "dolfinx ${versions% *} of $python, Python ${versions#* }"
     [ -w "$root" ] || refuse "$root is not writable, and .venv is missing or out of date there." \
         "Let the folder's owner call \`sh setup.sh install\`, or copy the folder to a place of your own."
     rm -f "$venv/.stamp"
     create_venv
     write_constraints >"$venv/constraints.txt"
-    say "Python packages, pinned by constraints/ (2 GB, a few minutes)"
+    say "Python packages, pinned by constraints/ (0.6 GB, with $tools 2 GB; a few minutes)"
     # Pinned also while pip builds a package; the path is relative since pip splits it at spaces.
     PIP_CONSTRAINT=.venv/constraints.txt${PIP_CONSTRAINT:+ $PIP_CONSTRAINT} "$venv/bin/python" -m pip install --quiet --no-user \
         --use-pep517 --disable-pip-version-check --editable ./flight --editable ".[$extras]" || refuse \
         "pip could not install the Python packages; its reason stands above." \
         "No network? pip needs https://pypi.org or a mirror (PIP_INDEX_URL); behind a proxy set https_proxy." \
-        "Certificates? PIP_CERT names the file to trust. Disk full? About 2 GB are needed here."
+        "Certificates? PIP_CERT names the file to trust. Disk full? Up to 2 GB are needed here."
     (cd "$venv" && bin/python -c 'from burst_fenicsx import compat; import gmsh, meshio, flight, fragfield') || refuse \
         "the packages do not load together; Python's reason stands above." \
         "No h5py? It must share dolfinx's HDF5: conda install -c conda-forge h5py; elsewhere CC=mpicc pip install --no-binary h5py h5py" \

@@ -126,7 +126,7 @@ class Simulation(AssembledBurst):
 
     def resume(self) -> None:
         """Go on from the checkpoint."""
-        records = read_checkpoint(self.checkpoint_path, self.solver, self.key)
+        records = read_checkpoint(self.checkpoint_path, self.solver, self.key, self.provenance)
         self.interpenetration.largest = records["passed_through"]
         self.exposures.values[:] = records["exposure"]
         self.acceleration.restore(records["acceleration"], records["touched"])

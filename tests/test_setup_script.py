@@ -222,6 +222,21 @@ def test_an_act_gets_its_arguments(machine: Machine) -> None:
     assert done.stdout.splitlines()[-1] == "called -m tests.acts test -k mott", done.stdout + done.stderr
 
 
+def test_tools_are_installed_for_the_acts_that_need_them(machine: Machine) -> None:
+    """The demonstration goes without packages of tests and documentation; those that are there stay."""
+    machine.dolfinx("0.9.0")
+    python, asked = machine.tools / "python3", machine.tools.parent / "asked"
+    fails = '*"-m pip"*) echo "Could not find a version" >&2; exit 1 ;;'
+    python.write_text(python.read_text().replace(fails, f'*"-m pip"*) echo "$*" >>"{asked}" ;;'))
+    for act, calls in (("demo", 1), ("install", 1), ("lint", 2), ("examples", 2), ("test", 2)):
+        done = machine.run(act)
+        assert done.returncode == 0, done.stderr
+        assert len(asked.read_text().splitlines()) == calls, act
+    first, second = (line.rsplit(".[", 1)[1] for line in asked.read_text().splitlines())
+    assert first == "app,terrain,tables,drawings]"
+    assert second == "app,terrain,tables,drawings,test,lint,docs]"
+
+
 def test_every_act_that_the_script_knows_is_one(machine: Machine) -> None:
     known = re.search(r"^    (install \| demo [a-z| ]+)\) ;;$", (ROOT / "setup.sh").read_text(), re.MULTILINE)
     assert known

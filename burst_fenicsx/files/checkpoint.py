@@ -7,6 +7,7 @@ again from them first, so that the arrays of the blocks fit.
 from __future__ import annotations
 
 import hashlib
+import json
 from dataclasses import fields
 from typing import TYPE_CHECKING, Any
 
@@ -105,8 +106,13 @@ def write_checkpoint(
                 file[f"ranks/{rank}/{name}"] = values
 
 
-def read_checkpoint(path: Path, solver: BurstSolver, mesh_key: str) -> dict[str, np.ndarray]:
+def read_checkpoint(
+    path: Path, solver: BurstSolver, mesh_key: str, provenance: Mapping[str, str] | None = None
+) -> dict[str, np.ndarray]:
     """Put the solver where the checkpoint was taken; give back the driver's records. Collective.
+
+    Other versions of libraries continue from it where they number the cells alike; `provenance`, of this run, names
+    them where they do not.
 
     Raises
     ------
@@ -130,8 +136,9 @@ def read_checkpoint(path: Path, solver: BurstSolver, mesh_key: str) -> dict[str,
             )
         if file.attrs["numbering"] != numbering:
             raise InputError(
-                f"{path} was written where dolfinx or gmsh numbers the cells of this mesh otherwise (versions there: "
-                f"{file.attrs.get('versions', 'not known')}); resume it there, or delete it to start the burst again"
+                f"{path} was written where dolfinx or gmsh numbers the cells of this mesh otherwise "
+                f"({_differences(file.attrs, provenance or {})}); resume it there, or delete it to start the burst "
+                "again"
             )
         arrays = file[f"ranks/{comm.rank}"]
         _restore(arrays, solver)
@@ -141,6 +148,13 @@ def read_checkpoint(path: Path, solver: BurstSolver, mesh_key: str) -> dict[str,
             for row in range(len(columns["time"]))
         ]
         return _group(arrays, "records")
+
+
+def _differences(there: Mapping[str, str], here: Mapping[str, str]) -> str:
+    first, second = (json.loads(one.get("versions", "{}")) for one in (there, here))
+    named = (name for name in sorted({*first, *second}) if first.get(name) != second.get(name))
+    texts = [f"{name} {first.get(name, 'unknown')} there, {second.get(name, 'unknown')} here" for name in named]
+    return "; ".join(texts) or "by the same versions"
 
 
 def _group(arrays: h5py.Group, name: str) -> dict[str, np.ndarray]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import signal
 import threading
@@ -62,10 +63,27 @@ def test_another_case_is_refused(tmp_path, monkeypatch):
         simulate([tube()], other, tmp_path, comm=MPI.COMM_SELF, resume=True)
 
 
+HERE = {"versions": json.dumps({"dolfinx": "0.11.0", "numpy": "2.5.5"})}
+
+
+def _written_by_dolfinx_0_5(path):
+    with h5py.File(path, "a") as file:
+        file.attrs["versions"] = json.dumps({"dolfinx": "0.5.2", "numpy": "2.5.5"})
+
+
+def test_another_build_goes_on_where_it_numbers_the_cells_alike(whole, tmp_path, monkeypatch):
+    monkeypatch.setattr(simulation, "_PROGRESS_SECONDS", 0.0)
+    interrupted(tmp_path, SHORT, 2e-6)
+    _written_by_dolfinx_0_5(tmp_path / "checkpoint.h5")
+    simulate([tube()], SHORT, tmp_path, comm=MPI.COMM_SELF, provenance={"case": "tube", **HERE}, resume=True)
+    _assert_equal(tmp_path, whole[0])
+
+
 def test_another_numbering_of_the_same_mesh_is_refused(tmp_path, monkeypatch):
     """Rows of a cell must not go to another: as another version of dolfinx could number them."""
     monkeypatch.setattr(simulation, "_PROGRESS_SECONDS", 0.0)
     interrupted(tmp_path, SETTINGS, 2e-6)
+    _written_by_dolfinx_0_5(tmp_path / "checkpoint.h5")
     usual = assembled.THREE_DIMENSIONS
 
     def reversed_cells(*arguments):
@@ -74,8 +92,8 @@ def test_another_numbering_of_the_same_mesh_is_refused(tmp_path, monkeypatch):
         return replace(mesh, **{name: getattr(mesh, name)[::-1].copy() for name in of_cells}), found
 
     monkeypatch.setattr(assembled, "THREE_DIMENSIONS", replace(usual, make_mesh=reversed_cells))
-    with pytest.raises(InputError, match=r"numbers the cells of this mesh otherwise .*; resume it there, or delete it"):
-        simulate([tube()], SETTINGS, tmp_path, comm=MPI.COMM_SELF, resume=True)
+    with pytest.raises(InputError, match=r"otherwise \(dolfinx 0.5.2 there, 0.11.0 here\); resume it there, or delete"):
+        simulate([tube()], SETTINGS, tmp_path, comm=MPI.COMM_SELF, provenance=HERE, resume=True)
 
 
 def test_cut_off_and_foreign_files_are_refused(tmp_path, monkeypatch):

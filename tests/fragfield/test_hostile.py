@@ -6,6 +6,7 @@ import importlib
 import os
 import re
 import shutil
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -197,6 +198,9 @@ def test_ranks_of_two_commands_and_of_another_launcher_are_refused(tmp_path):
     assert done.returncode == 2, done.stderr
     assert "found 2 ranks by the launcher's variables, and 1 by MPI" in done.stderr
     start = f"import sys; sys.path.insert(0, {str(ROOT)!r}); from fragfield.cli import main; main()"
+    two_commands = [*mpirun_command(1), "true", ":", "-n", "1", "true"]
+    if subprocess.run(two_commands, capture_output=True, check=False).returncode == -signal.SIGSEGV:
+        pytest.skip("Open MPI 5 of Debian's packages ends two commands by a segmentation fault (open-mpi/ompi #13303)")
     one, two = ([sys.executable, "-P", "-c", start, "run", f"{name}.toml"] for name in ("one", "two"))
     launched = subprocess.run(
         [*mpirun_command(1), *one, ":", "-n", "1", *two], cwd=tmp_path, env=mpirun_environment(), capture_output=True,
