@@ -31,6 +31,7 @@ if TYPE_CHECKING:
 
 
 _log = logging.getLogger(__name__)
+_ARENA_MAX = -8  # glibc's M_ARENA_MAX
 
 
 def perform(job: Job, stage: Stage) -> None:
@@ -38,6 +39,8 @@ def perform(job: Job, stage: Stage) -> None:
     _log.info("%s: begins", stage.name)
     job.reporter.stage(stage.name)
     started = time.perf_counter()
+    with suppress(AttributeError):  # of glibc: else threads have a heap each, and keep what they free
+        ctypes.CDLL(None).mallopt(_ARENA_MAX, 1)
     with heard(stage.name) as records:
         made = _STAGE_FUNCTIONS[stage.name](job, stage)
     with suppress(AttributeError):  # of glibc: what is free goes back, before the next stage takes its own
