@@ -9,6 +9,7 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
+from itertools import chain
 from types import NoneType, UnionType
 from typing import Any, Literal, TypeVar, Union, get_args, get_origin
 
@@ -26,11 +27,11 @@ _ENTRY = re.compile(r"\[\d+\]")
 _OWN = ("uncertainty", "seed", "title", "document", "official")
 
 
-def marks_of(field: FieldInfo) -> Iterator[Any]:
+@cache  # fields live as long as their tables' classes
+def marks_of(field: FieldInfo) -> tuple[Any, ...]:
     """What a field is annotated with, also within an alternative."""
-    yield from field.metadata
-    for part in get_args(field.annotation):
-        yield from getattr(part, "__metadata__", ())
+    within = (getattr(part, "__metadata__", ()) for part in get_args(field.annotation))
+    return (*field.metadata, *chain.from_iterable(within))
 
 
 def mark_of(field: FieldInfo, kind: type[Mark]) -> Mark | None:
@@ -38,12 +39,14 @@ def mark_of(field: FieldInfo, kind: type[Mark]) -> Mark | None:
     return next((mark for mark in marks_of(field) if isinstance(mark, kind)), None)
 
 
+@cache
 def unit_of(field: FieldInfo) -> str:
     """SI unit of a field or of its components; empty for pure numbers and words."""
     marks = (mark.component if isinstance(mark, Vector) else mark for mark in marks_of(field))
     return next((mark.symbol for mark in marks if isinstance(mark, Quantity)), "")
 
 
+@cache
 def bounds_of(field: FieldInfo) -> Bounds:
     """Bounds of a field, should it hold numbers: its own, else those of its unit."""
     return mark_of(field, Bounds) or UNIT_BOUNDS[unit_of(field)]

@@ -18,7 +18,7 @@ from fragfield.case.checks.expected_masses import unit_faults
 from fragfield.case.conversion.attitude import attitude_faults, is_mixed, with_axes
 from fragfield.case.conversion.exposed_sites import resolved_exposed
 from fragfield.case.conversion.mean_mass import check_counts, with_casing_data, with_counts
-from fragfield.case.conversion.rounds import base_faults, burst_round, masses_of, on_base
+from fragfield.case.conversion.rounds import base_faults, burst_round, masses_of, on_base, profile_of_table
 from fragfield.case.conversion.stack import expanded, stacked_names
 from fragfield.case.conversion.surroundings import altitude_of, site_of
 from fragfield.case.conversion.turned import origin_faults
@@ -270,11 +270,11 @@ def _as_table(material: DataclassInstance, table: type[Material]) -> Material:
 
 
 def _profile(value: str | dict[str, Any] | None, folder: Path) -> tuple[dict[str, Any], Profile]:
-    from burst_fenicsx.geometry import load_profile, profile_from_table
+    from burst_fenicsx.geometry import load_profile
     from burst_fenicsx.geometry.files import PROFILES
 
     if isinstance(value, dict):
-        return value, profile_from_table(value, where="")
+        return value, profile_of_table(value)
     assert value is not None  # checked before: a round has a profile or a mesh
     located = _located(value, folder)
     profile = load_profile(located)

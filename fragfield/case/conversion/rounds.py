@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -111,7 +111,13 @@ def base_faults(case: CaseTable) -> Iterator[Fault]:
 
 def profile_of(entry: RoundTable) -> Profile:
     """Profile of a resolved round that has one."""
-    return _profile(json.dumps(entry.profile))
+    assert isinstance(entry.profile, dict)
+    return profile_of_table(entry.profile)
+
+
+def profile_of_table(table: dict[str, Any]) -> Profile:
+    """Profile of the content of a profile file; one for all tables of the same content."""
+    return _profile(json.dumps(table, default=str))  # a date of TOML, which the profile refuses
 
 
 def charge_centre(entry: RoundTable) -> tuple[float, float, float]:
@@ -129,7 +135,7 @@ def charge_centre(entry: RoundTable) -> tuple[float, float, float]:
 def _profile(table: str) -> Profile:
     from burst_fenicsx.geometry import profile_from_table
 
-    return profile_from_table(json.loads(table), where="round.profile")
+    return profile_from_table(json.loads(table), where="")
 
 
 @lru_cache(maxsize=64)
