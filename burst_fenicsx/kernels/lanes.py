@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 import numba
 from numba import types
-from numba.extending import intrinsic
+from numba.extending import intrinsic, register_jitable
 
 from burst_fenicsx.materials import registered_files
 from fragfield_base.kernel_cache import compiled_with, digest_of
+from fragfield_base.kernel_pipeline import LinkedCompiler
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -50,6 +51,11 @@ def inlined_kernel(function: Callable[..., Any]) -> Any:
 def lane_function(function: Callable[..., Any]) -> Any:
     """Compile `function` of one lane's numbers into what calls it, so that the loop over the lanes is vectorised."""
     return compiled_with(numba, function, _nrt=False, forceinline=True, **_OPTIONS)
+
+
+def plain_or_lane_function(function: Callable[..., Any]) -> Any:
+    """As `lane_function` within kernels; called from Python, with arrays for numbers, it is not compiled."""
+    return register_jitable(_nrt=False, forceinline=True, pipeline_class=LinkedCompiler, **_OPTIONS)(function)
 
 
 def parallel_kernel(function: Callable[..., Any]) -> Any:

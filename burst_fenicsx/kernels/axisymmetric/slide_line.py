@@ -110,7 +110,7 @@ def spread_pressure(spread: Spread, pairs: Pairs, surface: Surface, position: np
     """Find over which rows of the line, and in which shares, the pressure of every node of the charge is spread."""
     spread.bearing[:] = 0
     for k in range(spread.span.shape[0]):
-        _spread_span(spread.span[k, 0], spread.span[k, 1], spread, pairs, surface, position)
+        _spread_span(np.int64(spread.span[k, 0]), np.int64(spread.span[k, 1]), spread, pairs, surface, position)
     for c in range(pairs.node.size):
         total = 0.0
         for k in range(spread.bearing[c]):

@@ -111,7 +111,7 @@ def slide(
         x = (position[node, 0], position[node, 1], position[node, 2])
         single = bonds.of_node[c] < 1.5
         facet, xi, eta, gap, n, beyond, size = find_point(
-            x, pairs.facet[c], pairs.point[c, 0], pairs.point[c, 1], single, surface, position
+            x, np.int64(pairs.facet[c]), pairs.point[c, 0], pairs.point[c, 1], single, surface, position
         )
         pairs.facet[c], pairs.gap[c] = facet, gap
         pairs.point[c, 0], pairs.point[c, 1] = xi, eta

@@ -13,7 +13,7 @@ import math
 
 import numpy as np
 
-from burst_fenicsx.kernels.lanes import LANES, kernel, lane_function
+from burst_fenicsx.kernels.lanes import LANES, lane_function, plain_or_lane_function
 
 
 def rounding_constant(largest: float) -> float:
@@ -37,7 +37,7 @@ def quantum(rounding: float) -> float:
     return math.ldexp(rounding / 1.5, -52)
 
 
-@kernel
+@plain_or_lane_function
 def quantise(value: float, rounding: float) -> float:
     """Round `value`, a number or an array, to a multiple of the quantum that belongs to the constant `rounding`."""
     return (value + rounding) - rounding
