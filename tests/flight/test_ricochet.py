@@ -1,4 +1,4 @@
-"""Ricochet: flights against the law and closed forms."""
+"""Ricochet: the law against the impact it is deduced from, and flights against closed forms."""
 
 from __future__ import annotations
 
@@ -6,12 +6,12 @@ import math
 
 import numpy as np
 import pytest
-from scipy.integrate import quad
+from scipy.integrate import quad, solve_ivp
 
 from flight import Cylinder, Fragments, HeightMap, InputError, Ricochet, Status, fly
-from flight.hazard import Criteria, PolarGrid, density_counts
+from flight.hazard import Criteria, DensityGroups, Directions, PolarGrid, density_counts, expected_distance
 from flight.hazard.exposed import Prism, count_exposed, surfaces_of
-from flight.kernels.events import SLOWEST_LIFT
+from flight.kernels.events import SLOWEST_LIFT, ricochet
 from flight.scene.ricochet import EXPONENT, KINDS, RANGE
 from tests.flight.clouds import GRAVITY, cloud
 
@@ -22,7 +22,45 @@ def shot(angle: float, speed: float = 300.0, mass: float = 1.0, height: float = 
     return Fragments(mass, (0.0, 0.0, height), (speed * math.cos(turn), 0.0, -speed * math.sin(turn)))
 
 
-@pytest.mark.parametrize("name", KINDS)
+def test_forces_on_the_cap_of_a_sphere() -> None:
+    """Pressure 1/2 rho v_n^2 on the front half of a shallow cap: lift pi/4 h^2, drag 0.754 h^2.5 (rho v^2 = R = 1)."""
+    depth = 1e-4
+    end = math.acos(1.0 - depth)
+    front, front_cubed = math.pi / 2.0, 4.0 / 3.0  # integrals of cos^2 and cos^3 over the front half
+    lift = 0.5 * front * quad(lambda a: math.sin(a) ** 3 * math.cos(a), 0.0, end)[0]
+    drag = 0.5 * front_cubed * quad(lambda a: math.sin(a) ** 4, 0.0, end)[0]
+    assert lift == pytest.approx(0.25 * math.pi * depth**2, rel=1e-3)
+    assert drag == pytest.approx(0.754 * depth**2.5, rel=1e-3)
+
+
+@pytest.mark.parametrize("ratio", [40.0, 400.0])
+def test_the_form_of_the_law_is_that_of_the_sphere(ratio: float) -> None:
+    """Sphere on an inertial medium, integrated: depth, symmetric departure, and the loss with the angle's 4/3 power."""
+    mass = 4.0 / 3.0 * math.pi * ratio  # rho = R = 1
+
+    def forces(_, state):
+        h, u, w = state[1:]
+        speed2, wet = u * u + w * w, max(h, 0.0)
+        return [u, w, -0.754 * speed2 * wet**2.5 / mass, -0.25 * math.pi * speed2 * wet**2 / mass]
+
+    def out(_, state):
+        return state[1]
+
+    out.terminal, out.direction = True, -1
+    losses = []
+    for share in (0.25, 0.5):
+        angle = share / math.sqrt(8.0 * ratio)
+        start = [0.0, 1e-12, math.cos(angle), math.sin(angle)]
+        way = solve_ivp(forces, (0.0, 1e5), start, events=out, rtol=1e-10, atol=1e-14, max_step=20.0)
+        u, w = way.y[2, -1], way.y[3, -1]
+        assert way.y[1].max() == pytest.approx(2.0 * (ratio * angle**2) ** (1.0 / 3.0), rel=0.03)
+        assert math.atan2(-w, u) == pytest.approx(angle, rel=0.03)
+        losses.append(-math.log(math.hypot(u, w)))
+        assert losses[-1] == pytest.approx(2.473 * ratio ** (1.0 / 6.0) * angle ** (4.0 / 3.0), rel=0.05)
+    assert math.log2(losses[1] / losses[0]) == pytest.approx(EXPONENT, abs=0.03)
+
+
+@pytest.mark.parametrize("name", ["soft_soil", "rock"])
 def test_both_sides_of_the_critical_angle(name: str) -> None:
     """In vacuum at a launch so fast that gravity does not bend the first metre."""
     law = KINDS[name].scaled(roughness=0.0)
@@ -68,6 +106,33 @@ def test_the_way_after_an_impact_is_the_flights_own() -> None:
     for name in ("position", "energy"):
         assert following[name] == pytest.approx(row[name], rel=1e-5, abs=1e-9), name
     assert following["position"][0] > impact["position"][0] + 20.0
+
+
+def test_a_ricochet_never_adds_energy_and_stays_in_its_plane() -> None:
+    """Random velocities on random faces, laws to the ends of their ranges; what is not turned is left as it came."""
+    generator = np.random.default_rng(2)
+    kinds = [law.scaled(a, k, d, q) for law in KINDS.values() for a in RANGE["critical_angle"]
+             for k in RANGE["speed_kept"] for d in RANGE["departure"] for q in (0.0, *RANGE["roughness"])]  # fmt: skip
+    table = Ricochet.table(list(kinds))
+    turned = 0
+    for number in range(4000):
+        normal, velocity = generator.normal(size=(2, 3))
+        normal /= np.linalg.norm(normal)
+        along = velocity - (velocity @ normal) * normal
+        velocity = 500.0 * (along - generator.uniform(0.0, 0.6) * np.linalg.norm(along) * normal)
+        state = np.array([0.0, 0.0, 0.0, 0.0, *velocity])
+        row, variate = table[number % len(table)], generator.normal()
+        if not ricochet(state, *normal, row, variate):
+            assert np.array_equal(state[4:], velocity)
+            continue
+        turned += 1
+        angle = math.hypot(math.asin(-(velocity @ normal) / np.linalg.norm(velocity)), row[3] * variate)
+        assert angle <= row[0] * (1.0 + 1e-12)
+        assert np.linalg.norm(state[4:]) <= np.linalg.norm(velocity) * (1.0 + 1e-12)
+        assert math.asin(state[4:] @ normal / np.linalg.norm(state[4:])) == pytest.approx(row[2] * angle, rel=1e-9)
+        across = np.cross(normal, velocity)
+        assert abs(state[4:] @ across) < 1e-9 * np.linalg.norm(across) * np.linalg.norm(velocity)
+    assert 500 < turned < 3500
 
 
 def test_a_level_path_meets_the_facets_that_face_it() -> None:
@@ -116,7 +181,7 @@ def test_on_a_slope_the_angle_is_that_to_the_slope() -> None:
             assert math.degrees(math.atan2(after[2], after[0])) == pytest.approx(2.0 * slope, rel=0.02)
 
 
-@pytest.mark.parametrize("name", ["soft_soil", "rock"])
+@pytest.mark.parametrize("name", KINDS)
 def test_what_comes_before_the_first_impact_does_not_depend_on_it(name: str) -> None:
     """Landings, crossings and densities without ricochet are those of a flight without it, to the last bit.
 
@@ -139,6 +204,7 @@ def test_what_comes_before_the_first_impact_does_not_depend_on_it(name: str) -> 
     assert alive.summary["ricocheted"] > 50
     assert (alive.ricochets["energy_after"] <= alive.ricochets["energy"]).all()
     assert (alive.landing["last_time"] >= alive.landing["time"]).all()
+    assert KINDS[name].source
     first = alive.ricochets[alive.ricochets["number"] == 0]
     assert np.array_equal(first["position"], alive.landing["position"][first["fragment"]])
     counts = np.bincount(alive.ricochets["fragment"], minlength=len(fragments))
@@ -177,6 +243,17 @@ def test_path_lengths_before_and_after_the_first_impact() -> None:
     assert (with_it[1].sum() - without[1].sum()) * criteria.person_height == pytest.approx(expected, rel=5e-4)
 
 
+def test_without_a_height_every_impact_counts_by_its_angle() -> None:
+    near = Criteria(person_height=0.0).fluence_grid(PolarGrid.of(72, 10.0, 10.0, 2000.0))
+    result = fly(shot(2.0, 60.0), air="vacuum", ricochet=Ricochet(6.0, 0.7), fluence=near)
+    hazardous = result.ricochets[result.ricochets["energy"] >= 79.0]
+    assert len(hazardous) > 2
+    assert density_counts(result)[1].sum() == pytest.approx((1.0 / np.sin(np.radians(hazardous["angle"]))).sum())
+    assert density_counts(result, ricochet=False)[1].sum() == pytest.approx(
+        1.0 / math.sin(math.radians(hazardous["angle"][0]))
+    )
+
+
 def test_a_site_behind_the_first_impact_is_reached_by_ricochet_alone() -> None:
     """A prism that every path passes level after its first impact: its length in the prism, and no impact in it."""
     fragments = shot(4.0, 400.0)
@@ -202,6 +279,24 @@ def test_a_site_behind_the_first_impact_is_reached_by_ricochet_alone() -> None:
     )
 
 
+def test_impacts_beyond_the_grid_that_was_asked_for_count() -> None:
+    """A field of paths that leaves a grid of 60 m by ricochet has the distance of a grid that holds it."""
+    generator = np.random.default_rng(4)
+    azimuth = generator.uniform(0.0, 2.0 * math.pi, 4000)
+    velocity = 700.0 * np.column_stack([np.cos(azimuth), np.sin(azimuth), np.full(4000, -0.05)])
+    fragments = Fragments(0.5, (0.0, 0.0, 1.0), velocity)
+    found = []
+    for reach in (60.0, 2000.0):
+        grid = PolarGrid.of(72, 10.0, 10.0, reach)
+        groups = DensityGroups(Directions(grid))
+        result = fly(fragments, fluence=Criteria().fluence_grid(grid))
+        for _ in range(2):
+            groups.add(*density_counts(result))
+        found.append(expected_distance(groups, Criteria().density).distance)
+    assert found[0] == pytest.approx(found[1], rel=1e-9)
+    assert found[1] > 100.0
+
+
 def test_factors_of_the_ranges() -> None:
     law = KINDS["soft_soil"]
     assert law.scaled() is law
@@ -220,8 +315,10 @@ def test_factors_of_the_ranges() -> None:
     ("make", "message"),
     [
         (lambda: fly(cloud(2), ricochet="sandd"), "ricochet: unknown kind of surface 'sandd'; did you mean 'sand'"),
+        (lambda: Ricochet(8.0, 1.1), "ricochet own: speed_kept is 1.1, allowed: above 0 to 1"),
         (lambda: Ricochet(30.0, 0.5, 3.0), "departure is 3.0, allowed: above 0, and with .* 30 degrees at most 2"),
         (lambda: KINDS["sand"].scaled(speed_kept=0.0), "ricochet sand: factor of speed_kept is 0.0, needed: above"),
+        (lambda: KINDS["sand"].after(91.0), "ricochet sand: angle is 91.0 degrees, allowed: 0 to 90"),
     ],
 )
 def test_messages(make, message: str) -> None:
