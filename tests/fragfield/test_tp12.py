@@ -12,7 +12,7 @@ import pytest
 import transition
 from fragfield.case import load_case
 from fragfield.case.problem import break_up_settings
-from fragfield.files.run_directory import SCRATCH, RunDirectory
+from fragfield.files.run_directory import RunDirectory
 from fragfield.hazard.rules import BEAM, STACK, rules_of, stack_counts, tp12_part, tp12_rules
 from fragfield.pipeline.job import Job, RunOptions
 from fragfield.pipeline.parallel import Team
@@ -221,4 +221,3 @@ def test_single_lying_and_stacked_rounds_have_the_same_beam(tmp_path, monkeypatc
     assert [row[0] for row in table[2:4]] == [BEAM, STACK]
     metres = [math.ceil(parts["pair"][name]["distance"]) for name in ("beam", "stack")]
     assert [row[2] for row in table[2:4]] == [f"{one}" for one in metres]
-    assert not (tmp_path / "pair" / SCRATCH).exists()
