@@ -24,7 +24,8 @@ if TYPE_CHECKING:
     from flight.integrate.fly import fly, range_table
     from flight.integrate.job import Adaptive, Domain, FixedStep, FlightProgress
     from flight.path import DANGER, FlightPath
-    from flight.result import CONTACTS, HITS, LANDING, OBSTACLE_HITS, FlightResult, Status, Trajectories, to_pandas
+    from flight.result import FlightResult
+    from flight.rows import CONTACTS, HITS, LANDING, OBSTACLE_HITS, Status, Trajectories, to_pandas
     from flight.scene.air import VACUUM, ConstantAir, StandardAtmosphere
     from flight.scene.obstacles import Barricade, Building, Wall
     from flight.scene.ricochet import Ricochet
@@ -85,7 +86,8 @@ __getattr__, __dir__ = lazy_names(
         "flight.integrate.fly": "FlightProgress fly range_table",
         "flight.integrate.job": "Adaptive Domain FixedStep",
         "flight.path": "DANGER FlightPath",
-        "flight.result": "CONTACTS HITS LANDING OBSTACLE_HITS FlightResult Status Trajectories to_pandas",
+        "flight.result": "FlightResult",
+        "flight.rows": "CONTACTS HITS LANDING OBSTACLE_HITS Status Trajectories to_pandas",
         "flight.scene.air": "VACUUM ConstantAir StandardAtmosphere",
         "flight.scene.scene": "HeightMap",
         "flight.scene.obstacles": "Barricade Building Wall",

@@ -10,7 +10,7 @@ import numpy as np
 
 from flight.errors import InputError
 from flight.files.text_tables import Labels
-from flight.result import CONTACTS, HITS, LANDING, OBSTACLE_HITS, Status, flat_columns
+from flight.rows import CONTACTS, HITS, LANDING, OBSTACLE_HITS, Status, flat_columns
 from fragfield_base.arrays import number_of, text_of, texts
 from fragfield_base.hdf5_files import creating, reading
 from fragfield_base.writing import write_text
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     import h5py
     from numpy.typing import NDArray
 
-    from flight.result import Trajectories
+    from flight.rows import Trajectories
 
 
 TABLES = {

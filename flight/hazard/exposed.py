@@ -19,7 +19,7 @@ import numpy as np
 
 from flight.arguments import real_array, require_numbers
 from flight.errors import InputError
-from flight.result import Status
+from flight.rows import Status
 from flight.scene.targets import Panel, Polygon, signed_area
 
 if TYPE_CHECKING:

@@ -24,7 +24,7 @@ from flight.hazard.density.directions import KERNEL, Directions
 from flight.hazard.density.expected import Estimate, ExpectedDistance, expected_distance
 from flight.hazard.density.sectors import Tally, tally
 from flight.hazard.ensemble import EnsembleHazard
-from flight.result import Status
+from flight.rows import Status
 from flight.scene.air import STANDARD_GRAVITY
 from flight.scene.ricochet import DEFAULT, Ricochet
 from fragfield_base.errors import names_allowed

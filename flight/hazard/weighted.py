@@ -15,7 +15,7 @@ import numpy as np
 from flight.hazard.density.density_counts import density_counts
 from flight.hazard.integral import Integral
 from flight.hazard.pool import Completeness
-from flight.result import Status
+from flight.rows import Status
 from flight.scene.air import STANDARD_GRAVITY
 
 if TYPE_CHECKING:

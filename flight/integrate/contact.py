@@ -16,7 +16,7 @@ import numpy as np
 
 from flight.arguments import require_number, require_numbers
 from flight.errors import InputError
-from flight.result import CONTACTS, Status, Trajectories
+from flight.rows import CONTACTS, Status, Trajectories
 from fragfield_base.bounds import Bounds
 from fragfield_base.errors import names_allowed
 from fragfield_base.inputs import Density, PositiveLength, Time
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from flight.fragments import Fragments
     from flight.kernels.contacts import Spheres, Touch
     from flight.kernels.motion import Surroundings
-    from flight.result import Flown
+    from flight.rows import Flown
 
 
 COMPARED = 10.0  # pairs a fragment that a window aims at: fewer make windows short, more make them expensive

@@ -15,7 +15,8 @@ from flight.fluence import FluenceGrid, Weights
 from flight.fragments import Fragments, shaped
 from flight.integrate.contact import Contact, Encounters, legs_between
 from flight.integrate.job import Adaptive, Domain, FixedStep, FlightJob, FlightProgress
-from flight.result import FlightResult, Status
+from flight.result import FlightResult
+from flight.rows import Status
 from flight.scene.air import STANDARD_GRAVITY, Air, ConstantAir, StandardAtmosphere
 from flight.scene.obstacles import Barricade, Building, Wall
 from flight.scene.ricochet import DEFAULT, Ricochet
@@ -33,7 +34,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from flight.integrate.job import Integrator
-    from flight.result import Flown
+    from flight.rows import Flown
     from flight.scene.obstacles import Obstacle
     from flight.scene.targets import Witness
     from flight.shape import Shape

@@ -14,7 +14,7 @@ import numpy as np
 from flight.arguments import require_number, require_numbers
 from flight.errors import InputError
 from flight.fluence import Fluence, FluenceGrid, PolarGrid, Weights
-from flight.result import HITS, LANDING, OBSTACLE_HITS, RICOCHETS, Flown, Trajectories
+from flight.rows import HITS, LANDING, OBSTACLE_HITS, RICOCHETS, Flown, Trajectories
 from flight.scene.targets import Cylinder, pack, within
 from fragfield_base.bounds import Bounds, OnlyWith
 from fragfield_base.inputs import Time

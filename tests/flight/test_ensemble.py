@@ -25,7 +25,7 @@ from flight.hazard.density.expected import ExpectedDistance
 from flight.hazard.density.sectors import SECTOR_HITS, Tally, tally
 from flight.hazard.ensemble import EnsembleHazard, quantiles
 from flight.hazard.pool import KEPT
-from flight.result import LANDING, Status
+from flight.rows import LANDING, Status
 from tests.flight.fields import ensemble_of_landings
 
 GRID = PolarGrid.of(sectors=12)

@@ -12,7 +12,7 @@ import pytest
 
 from flight import Cylinder, FlightResult, InputError, fly
 from flight.files.hdf5 import read_table
-from flight.result import Status
+from flight.rows import Status
 from tests.flight.clouds import cloud
 
 PROVENANCE = {"case": 'title = "a <b> & c"\n', "versions": json.dumps({"flight": "0.1.0"}), "seed": "3"}

@@ -17,7 +17,7 @@ from flight.fluence import PolarGrid
 from flight.hazard.density.directions import Directions
 from flight.hazard.density.sectors import SECTOR_HITS
 from flight.hazard.ensemble import EnsembleHazard
-from flight.result import LANDING, Status
+from flight.rows import LANDING, Status
 from fragfield.files.run_directory import stamped_toml
 from fragfield.hazard.recommended import hazard_of, recommended_of
 from fragfield.interface.results import Run

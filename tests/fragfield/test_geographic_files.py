@@ -16,7 +16,7 @@ from flight import InputError
 from flight.fluence import PolarGrid
 from flight.hazard.density.directions import Directions
 from flight.hazard.ensemble import EnsembleHazard
-from flight.result import LANDING, Status
+from flight.rows import LANDING, Status
 from fragfield.hazard import site_map
 from fragfield.hazard.contours import Contour, outline, smooth_outline, write_geojson, write_kml
 from fragfield.places.site import Site, compass_point

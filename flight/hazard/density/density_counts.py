@@ -13,7 +13,7 @@ import numpy as np
 from flight.errors import InputError
 from flight.hazard.criteria import SHALLOWEST
 from flight.hazard.density.directions import Directions
-from flight.result import Status
+from flight.rows import Status
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -11,7 +11,8 @@ import numpy as np
 from flight.arguments import number_of_parts
 from flight.errors import InputError
 from flight.hazard.criteria import SHALLOWEST, Criteria
-from flight.result import FlightResult, Status
+from flight.result import FlightResult
+from flight.rows import Status
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
