@@ -259,7 +259,7 @@ def _air(value: Air | str | float, ground: float | HeightMap | None) -> Air:
         return names[value]
     if isinstance(value, int | float):
         return ConstantAir(float(value))
-    if not isinstance(value, Air):
+    if not hasattr(value, "table"):
         raise InputError(f"air is {value!r}; allowed: a name, a density, flight.ConstantAir or StandardAtmosphere")
     return value
 

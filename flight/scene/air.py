@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple, Protocol
 
 import numpy as np
 
@@ -40,6 +40,22 @@ class AirTable(NamedTuple):
     height above the piece's lower end."""
     site_altitude: float
     """Altitude of z = 0 above sea level (m)."""
+
+
+class Air(Protocol):
+    """Anything that gives density and sound speed at a height z (m) of the world, and their table."""
+
+    def density(self, height: ArrayLike) -> NDArray[np.float64]:
+        """Density (kg/m3) at heights z (m)."""
+        ...
+
+    def sound_speed(self, height: ArrayLike) -> NDArray[np.float64]:
+        """Speed of sound (m/s) at heights z (m)."""
+        ...
+
+    def table(self) -> AirTable:
+        """Return the table that the kernels read."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -156,9 +172,6 @@ class StandardAtmosphere:
         temperature, _, lapse = self._state(geopotential, layer)
         slowness = 1.0 / np.sqrt(RATIO_OF_HEATS * GAS_CONSTANT * temperature)
         return slowness, -0.5 * slowness * lapse / temperature
-
-
-Air = ConstantAir | StandardAtmosphere
 
 
 @lru_cache(maxsize=8)
