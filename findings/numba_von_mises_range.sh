@@ -1,8 +1,9 @@
 #!/bin/sh
 # Scatter of a direction by `np.random.vonmises` in a function compiled by numba 0.68.1: angles from 0 to 2 pi, where NumPy's
-# function of that name, which it stands for, documents and gives -pi to pi. About direction 0 half of the draws so lie near 2 pi: the fraction within 10 degrees of it is half of the
-# true one, the mean is 180 degrees, and a kernel gives other numbers than the same lines without `njit`. As points of the
-# circle the draws are right, so sines and cosines do not show it. Fails where that changes.
+# function of that name, which it stands for, documents and gives -pi to pi. About direction 0 half of the draws so lie near 2
+# pi: the fraction within 10 degrees of it is half of the true one, the mean is 180 degrees, and a kernel gives other numbers
+# than the same lines without `njit`. As points of the circle the draws are right, so sines and cosines do not show it. Fails
+# where that changes.
 set -eu
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
