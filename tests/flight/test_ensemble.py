@@ -22,10 +22,10 @@ from flight.fluence import PolarGrid
 from flight.hazard.criteria import hit_probability
 from flight.hazard.density.directions import Directions
 from flight.hazard.density.expected import ExpectedDistance
-from flight.hazard.density.sectors import SECTOR_HITS, Tally, tally
+from flight.hazard.density.sectors import SECTOR_HITS, Tally, by_azimuth, sector_hits, tally
 from flight.hazard.ensemble import EnsembleHazard, quantiles
 from flight.hazard.pool import KEPT
-from flight.rows import LANDING, Status
+from flight.rows import HITS, LANDING, Status
 from tests.flight.fields import ensemble_of_landings
 
 GRID = PolarGrid.of(sectors=12)
@@ -62,6 +62,14 @@ def test_an_event_in_the_ensemble_is_that_event_alone(basis: str) -> None:
         assert alone.expected.upper is None
 
 
+def test_nine_events_of_ten_lie_within_the_band_and_their_mean_in_its_middle() -> None:
+    found = ensemble(100)
+    median, low, high = found.single_event
+    assert np.mean((found.events >= low) & (found.events <= high)) == pytest.approx(0.9, abs=0.02)
+    assert median == pytest.approx(found.expected.distance, rel=0.02)
+    assert low < 0.97 * median < 1.03 * median < high
+
+
 def test_in_the_worst_direction_single_events_reach_farther_than_their_mean() -> None:
     """Of an even field each event has a worst direction of its own: the largest of many counts."""
     found, even = ensemble(6, basis="worst_direction"), ensemble(6)
@@ -75,6 +83,14 @@ def test_the_first_realisations_alone_are_kept() -> None:
     assert found.expected.realisations == KEPT + 3
     assert found.headline["single_event"]["realisations"] == KEPT
     assert found.headline["realisations"] == KEPT + 3
+
+
+def test_the_order_of_the_realisations_changes_no_event() -> None:
+    generator = np.random.default_rng(9)
+    parts = [poisson_field(generator) for _ in range(2)]
+    there, back = (ensemble_of_landings(one, Directions(GRID, "worst_direction")) for one in (parts, parts[::-1]))
+    assert there.single_event == back.single_event
+    assert there.summary() == back.summary()
 
 
 def test_throws_and_numbers_by_sector() -> None:
@@ -179,6 +195,19 @@ def test_fragments_of_realisations_come_back(tmp_path: Path) -> None:
         assert other.round_names == ("a", "b")
     with pytest.raises(InputError, match="needed 'fragfield fragments'"):
         Fragments.read(path)
+
+
+def test_hits_by_sector_are_the_table_of_the_summary() -> None:
+    hits = np.zeros(4, dtype=HITS)
+    hits["azimuth"], hits["mass"] = [0.0, 2.0, 358.0, 90.0], [1.0, 1.0, 2.0, 1.0]
+    hits["initial_speed"], hits["energy"] = [100.0, 200.0, 400.0, 50.0], [80.0, 79.0, 78.0, 500.0]
+    table = sector_hits(hits)
+    assert (table["hits"][0], table["hazardous_hits"][0], table["hits"][18]) == (3, 2, 1)
+    assert table["mean_initial_speed"][0] == pytest.approx((100.0 + 200.0 + 800.0) / 4.0)
+    assert table["mean_initial_speed"][1] == 0.0
+    rows = by_azimuth(hits)
+    for name in SECTOR_HITS.names or ():
+        assert [row[name] for row in rows] == table[name].tolist()
 
 
 def test_tallies_of_different_sectors_are_refused() -> None:

@@ -81,6 +81,18 @@ def test_a_fragment_that_begins_inside_counts_from_there():
     assert counts["hits"][0] == 1
 
 
+def test_a_bank_shields_the_place_behind_it():
+    fragments = cloud(20_000, seed=5)
+    low = fragments.select(np.abs(fragments.velocity[:, 2]) < 0.05 * np.linalg.norm(fragments.velocity, axis=1))
+    prism = Prism(square(0.0, 20.0, 5.0), -1.0, 1.8)
+    _, bare = flown(low, [prism])
+    bank = flight.Barricade((-30.0, 10.0), (30.0, 10.0), 4.0, slope=0.5)
+    _, shielded = flown(low, [prism], obstacles=[bank])
+    assert bare["hits"][0] > 10
+    assert shielded["hits"][0] == 0
+    assert shielded["track"][0] == 0.0
+
+
 def test_area_seen_of_a_box():
     prism = Prism(square(0.0, 0.0, 2.0), -1.0, 3.0, height=3.0)
     diagonal = np.array([[-1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [1.0, 1.0, 0.0]])

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import flight
 from flight.hazard import Criteria, ensemble_hazard
+from flight.hazard.pool import _too_few
 
 LIMIT = 1.0 / 55.7
 VACUUM = {"air": "vacuum", "gravity": 0.0, "ricochet": "none", "threads": 1}
@@ -115,6 +117,12 @@ def test_errors_in_words(call, words: str) -> None:
         call()
 
 
+def test_no_other_number_of_a_flight_has_that_name() -> None:
+    result = flight.fly(ONE)
+    assert not [name for name in dir(result) if "hazard" in name]
+    assert not [name for name in result.summary if "hazard" in name]
+
+
 def test_equal_realisations_are_refused() -> None:
     """Twenty times one event would have a bound without scatter."""
     one, other = fan(90, 1.0, 0.01), fan(90, 1.0, 0.01, turn=1.0)
@@ -144,3 +152,12 @@ def test_a_distance_of_fewer_than_ten_hazardous_fragments_is_refused(realisation
 def test_few_fragments_without_hazard_have_no_distance_to_keep() -> None:
     slow = flight.Fragments(0.02, (0.0, 0.0, 1.0), [(20.0, 0.0, 0.0), (0.0, 20.0, 0.0)])
     assert flight.hazard_distance(slow, by="all", threads=1).distance == 0.0
+
+
+@pytest.mark.parametrize(("realisations", "refused"), [(1, True), (20, False)])
+def test_directions_that_are_alike_are_counted_together(realisations: int, refused: bool) -> None:
+    """Several realisations pool directions that are alike: 240 fragments leave 13 to each, wherever the worst is."""
+    hazardous = np.zeros(3600, dtype=np.int64)
+    hazardous[200:3400:40] = 3
+    found = SimpleNamespace(direction=0.0, kernel=10.0, realisations=realisations)
+    assert bool(_too_few(found, hazardous)) == refused

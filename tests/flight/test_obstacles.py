@@ -22,6 +22,7 @@ from flight import (
     Wall,
     fly,
 )
+from flight.files.hdf5 import read_table
 from tests.flight.clouds import GRAVITY, cloud
 
 
@@ -188,6 +189,25 @@ def test_ricochet_off_a_wall() -> None:
     assert (np.diff(result.trajectories.time) >= 0.0).all()
 
 
+def test_straight_at_a_wall_it_stops_whatever_the_wall() -> None:
+    wall = Wall((10.0, -50.0), (10.0, 50.0), 5.0, 1.0, ricochet="rock")
+    shot = Fragments(0.02, (0.0, 0.0, 1.0), (100.0, 20.0, 0.0))  # 79 degrees from its face
+    row = fly(shot, air="vacuum", obstacles=[wall]).landing[0]
+    assert (row["status"], row["last_status"], row["obstacle"]) == (Status.STOPPED, Status.STOPPED, 0)
+
+
+def test_only_ricochets_off_the_ground_are_counted() -> None:
+    """Off a wall at 5.7 degrees and then off the ground at less than one: the wall is not counted."""
+    wall = Wall((10.0, -50.0), (10.0, 250.0), 5.0, 1.0, ricochet="rock")
+    shot = Fragments(0.02, (0.0, 0.0, 1.0), (30.0, 300.0, 0.0))
+    result = fly(shot, air="vacuum", obstacles=[wall], ricochet=Ricochet(4.0, 0.3))
+    row = result.landing[0]
+    assert result.obstacle_hits["time"] == pytest.approx([9.5 / 30.0])
+    assert row["time"] > 9.5 / 30.0
+    assert 0.0 < row["angle"] < 1.0
+    assert row["ricochets"] == (result.ricochets["energy_after"] > 0.0).sum() >= 1
+
+
 def test_ricochet_off_a_roof_then_over_its_edge() -> None:
     house = Building((0.0, 0.0), 8.0, 8.0, 3.0, ricochet="concrete")
     shot = Fragments(0.02, (0.0, 0.0, 3.2), (300.0, 0.0, -20.0))
@@ -270,10 +290,30 @@ def test_none_disappears_and_threads_do_not_matter() -> None:
     assert (np.diff(one.obstacle_hits["fragment"]) >= 0).all()
 
 
+def test_files(tmp_path) -> None:
+    fragments = cloud(2000, seed=4, height=2.0)
+    result = fly(fragments, **everything())
+    names = [path.name for path in result.write(tmp_path)]
+    assert {"obstacle_hits.h5", "obstacle_hits.csv"} <= set(names)
+    hits, obstacles = read_table(tmp_path / "obstacle_hits.h5", "obstacle_hits")
+    assert hits.tobytes() == result.obstacle_hits.tobytes()
+    assert obstacles == ["barricade", "wall", "building"]
+    lines = [line for line in (tmp_path / "obstacle_hits.csv").read_text().splitlines() if not line.startswith("#")]
+    assert lines[0].startswith("name,face_name,obstacle,face,fragment")
+    assert len(lines) == 1 + len(hits)
+    assert read_table(tmp_path / "landing.h5", "landing")[0].tobytes() == result.landing.tobytes()
+
+
 @pytest.mark.parametrize(
     ("make", "message"),
     [
         (lambda: Wall((0, 0), (0, 0), 2.0), r"obstacle wall: start and end are both \(0, 0\); they must differ"),
+        (lambda: Wall((0, 0), (1, 0), 2.0, 0.0), "thickness is 0.0 m, needed: above zero"),
+        (lambda: Wall((0, 0), (1, math.nan), 2.0), "end is .*, needed: 2 finite numbers"),
+        (lambda: Barricade((0, 0), (1, 0), -2.0), "height is -2.0 m"),
+        (lambda: Barricade((0, 0), (1, 0), 2.0, slope=-1.0), "slope is -1.0"),
+        (lambda: Building((0, 0), 1.0, 0.0, 1.0), "width is 0.0 m"),
+        (lambda: Building((0, 0), 1.0, 1.0, 1.0, base=math.inf), "base is inf"),
         (
             lambda: Wall((0, 0), (1, 0), 2.0, ricochet="stone"),
             "obstacle wall: ricochet: unknown kind of surface 'stone'",
