@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
     Integers = NDArray[np.int64]
 
-# as in flight.result.Status
+# as in flight.rows.Status
 IN_FLIGHT, LANDED, TIME_OUT, LEFT_DOMAIN, STEP_LIMIT, NOT_A_NUMBER, STOPPED = 0, 1, 2, 3, 4, 5, 6
 
 

@@ -48,7 +48,7 @@ def test_level_flight_leaves_the_width_of_every_annulus() -> None:
 
 
 def test_a_path_counts_in_the_cell_of_its_azimuth() -> None:
-    """In cells of a hundredth of a degree, all round; only within 1e-7 rad of a bound not."""
+    """In cells of a hundredth of a degree, at all azimuths; only within 1e-7 rad of a bound not."""
     grid = PolarGrid(72, 500, 10.0, 2)
     angle = np.random.default_rng(3).uniform(-math.pi, math.pi, 3000)
     cells = (np.degrees(angle) - grid.start) / grid.width
