@@ -14,6 +14,7 @@ high at the level, where distances are decided, and all weigh by the density of 
 from __future__ import annotations
 
 import math
+import threading
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
@@ -49,6 +50,7 @@ _LEVEL = math.radians(1.5)  # half-width of the Lorentz curve about the level
 _NATURAL = 0.25  # fraction of the fragments that leave near the level with a direction as the scatter has it
 _REACH = 3.5  # standard deviations of the scatter from the direction before, within which the level is aimed at
 _STEEPEST = math.radians(60.0)  # elevation before the scatter up to which it is
+_one_set = threading.Lock()
 
 
 class WeightedFragments(NamedTuple):
@@ -69,7 +71,8 @@ def unit_points(number: int, points: int) -> Array:
 def _sobol(coordinates: int, points: int, seed: int) -> Array:
     from scipy.stats import qmc  # takes its time to load
 
-    return np.asarray(qmc.Sobol(coordinates, scramble=True, seed=seed).random_base2(points.bit_length() - 1))
+    with _one_set:  # before SciPy 1.15 the first sets of a process are silently others if threads make them at once
+        return np.asarray(qmc.Sobol(coordinates, scramble=True, seed=seed).random_base2(points.bit_length() - 1))
 
 
 @dataclass(frozen=True, eq=False)

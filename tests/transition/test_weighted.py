@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import subprocess
+import sys
 from dataclasses import replace
 
 import numpy as np
@@ -110,3 +112,17 @@ def test_runs_lie_where_fragments_in_random_order_do(dimension, mass):
         drawn.append(np.histogram(middle[laid > 0.5 * law.mean], edges)[0])
     error = np.std(drawn, axis=0) / math.sqrt(drawings)
     assert (np.abs(found - np.mean(drawn, axis=0)) < 3.0 * error + 0.04 * found).all(), (found, np.mean(drawn, axis=0))
+
+
+def test_sets_made_in_threads_are_those_made_one_after_another():
+    """The first of a process, in which SciPy makes its table of direction numbers."""
+    made = """
+from concurrent.futures import ThreadPoolExecutor
+import numpy as np
+from transition.weighted import unit_points
+def of(number): return unit_points(number, 2**9)
+with ThreadPoolExecutor(4) as pool: together = list(pool.map(of, range(4)))
+for number, found in enumerate(together): np.testing.assert_array_equal(found, of(number))
+"""
+    done = subprocess.run([sys.executable, "-c", made], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
