@@ -1,11 +1,9 @@
-"""Keys of the case file as forms show them, and the texts of the pages."""
+"""Keys of the case file as forms show them."""
 
 from __future__ import annotations
 
 import math
-import tomllib
 from functools import cache
-from importlib import resources
 
 from pydantic import BaseModel
 
@@ -58,33 +56,25 @@ def read_field(entry: Key, text: str) -> object:
     return text if isinstance(value, str) else value
 
 
-class Texts:
-    """Texts of the pages by group and name; words for the fields are those of the inputs' metadata."""
-
-    def __init__(self) -> None:
-        groups = tomllib.loads((resources.files("fragfield.app") / "texts.toml").read_text(encoding="utf-8"))
-        self._texts = {f"{group}.{name}": words for group, table in groups.items() for name, words in table.items()}
-
-    def __call__(self, name: str, /, **values: object) -> str:
-        """A text with its places filled in; raises KeyError where there is none of that name."""
-        return self._texts[name].format(**values) if values else self._texts[name]
-
-    def label(self, key: str) -> str:
-        """Label of a field by its key, as `Key.path` has it."""
-        name = key.rpartition(".")[2]
-        return self._texts.get(f"key.{name}", name.replace("_", " "))
-
-    def help(self, entry: Key) -> str:
-        """Everything that is known of a field, in sentences."""
-        parts = [" ".join(entry.meaning.split())]
-        if entry.allowed:
-            parts.append(f"{self('form.allowed')}: {entry.allowed}.")
-        if entry.bounds:
-            parts.append(f"{self('form.bounds')}: {entry.bounds.words(entry.unit)} ({entry.bounds.why}).")
-        return " ".join(part for part in parts if part)
+_LABELS = {
+    "ignition": "ignition points", "initiation": "initiation by shock", "break_up": "break-up",
+    "witness": "witness surfaces", "convergence": "grid convergence", "layer_gap": "gap of layers",
+    "bearing": "bearing of x", "map": "map of heights",
+}  # fmt: skip
+"""Those that say more than the key itself."""
 
 
-@cache
-def page_texts() -> Texts:
-    """Those of the package, read once."""
-    return Texts()
+def label_of(key: str) -> str:
+    """Label of a field by its key, as `Key.path` has it."""
+    name = key.rpartition(".")[2]
+    return _LABELS.get(name, name.replace("_", " "))
+
+
+def help_of(entry: Key) -> str:
+    """Everything that is known of a field, in sentences."""
+    parts = [" ".join(entry.meaning.split())]
+    if entry.allowed:
+        parts.append(f"Allowed: {entry.allowed}.")
+    if entry.bounds:
+        parts.append(f"Bounds: {entry.bounds.words(entry.unit)} ({entry.bounds.why}).")
+    return " ".join(part for part in parts if part)

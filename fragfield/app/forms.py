@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from nicegui import ui
 
-from fragfield.app.fields import default_of, fields_of, kinds_of, read_field, shown
+from fragfield.app.fields import default_of, fields_of, help_of, kinds_of, label_of, read_field, shown
 from fragfield.app.page import box, fold, note
 from fragfield.app.server import MOST_UPLOADED
 from fragfield.app.workspace import safe_name
@@ -60,7 +60,7 @@ def form(
 def folded(page: CasePage, path: tuple[str | int, ...], entry: Key, *, without: Collection[str] = ()) -> None:
     """A sub-table, or a list of them, that opens where it is set or where a fault is; built when it is opened."""
     opened = page.focus.startswith(key_path(path)) or (len(path) > 1 and page.case.get(path) not in (None, {}, []))
-    with fold(page.texts.label(entry.path), opened=opened) as part:
+    with fold(label_of(entry.path), opened=opened) as part:
         if words := " ".join(entry.meaning.split()):
             note(words, "meaning")
         place = box()
@@ -80,7 +80,7 @@ def folded(page: CasePage, path: tuple[str | int, ...], entry: Key, *, without: 
 
 def entries_form(page: CasePage, path: tuple[str | int, ...], *, changed: Callable[[], object] | None = None) -> None:
     """A list of tables: each with its form, to be added and removed."""
-    kinds, texts = kinds_of(names_of(path)), page.texts
+    kinds = kinds_of(names_of(path))
 
     @ui.refreshable
     def show() -> None:
@@ -88,19 +88,15 @@ def entries_form(page: CasePage, path: tuple[str | int, ...], *, changed: Callab
         for number, entry in enumerate(entries if isinstance(entries, list) else []):
             place = (*path, number)
             kind, name = (str(entry.get(key, "")) if isinstance(entry, dict) else "" for key in ("kind", "name"))
-            title = " · ".join([name or f"{number + 1}", *([texts(f"kind.{kind}")] if kind in kinds else [])])
+            title = " · ".join([name or f"{number + 1}", *([kind.capitalize()] if kind in kinds else [])])
             with fold(title, opened=page.focus.startswith(key_path(place)) or len(entries) == 1) as part:
                 form(page, place, without=("kind",) if kinds else (), kind=kind)
-                ui.button(texts("form.remove"), icon="delete", on_click=lambda _, at=place: again(at, None)).props(
-                    "dense flat"
-                )
+                ui.button("Remove", icon="delete", on_click=lambda _, at=place: again(at, None)).props("dense flat")
             page.bind(place, part)
         with box("choices"):
             for kind in kinds or ("",):
-                what = texts(f"kind.{kind}") if kind else texts.label(".".join(names_of(path)))
-                ui.button(texts("form.add", what=what), icon="add", on_click=lambda _, kind=kind: add(kind)).props(
-                    "dense outline"
-                )
+                what = kind.capitalize() or label_of(names_of(path)[-1])
+                ui.button(f"Add {what}", icon="add", on_click=lambda _, kind=kind: add(kind)).props("dense outline")
 
     def add(kind: str) -> None:
         entries = page.case.get(path, [])
@@ -132,8 +128,8 @@ def field_input(
     after every change.
     """
     known = entry or next(one for one in fields_of(names_of(path[:-1])) if one.name == path[-1])
-    value, texts = page.case.get(path), page.texts
-    label = texts.label(known.path) + (" *" if known.needed else "")
+    value = page.case.get(path)
+    label = label_of(known.path) + (" *" if known.needed else "")
 
     def take(event: ValueChangeEventArguments) -> None:
         new = None if event.value is None else read_field(known, str(event.value))
@@ -142,7 +138,7 @@ def field_input(
         if page.change(path, new) and changed is not None:
             changed()
 
-    default = texts("form.default", value=words) if (words := default_of(known)) else ""
+    default = f"{words} (default)" if (words := default_of(known)) else ""
     if known.form in ("choice", "switch") or choices:
         options = ["true", "false"] if known.form == "switch" else list(choices or known.choices)
         element = _word_input(label, shown(value), options, take, free=bool(choices), placeholder=default)
@@ -150,9 +146,9 @@ def field_input(
         element = ui.input(label, value=shown(value), on_change=take, autocomplete=[*map(str, known.choices)] or None)
         element.props("autocapitalize=off spellcheck=false")
         examples = " / ".join([*map(str, known.choices), *([known.example] if known.example else [])])
-        element.props["placeholder"] = default or (texts("form.example", value=examples) if examples else "")
+        element.props["placeholder"] = default or (f"for example {examples}" if examples else "")
     element.props("hide-hint")
-    element.props["hint"] = texts.help(known) or None
+    element.props["hint"] = help_of(known) or None
     page.bind(path, element)
     return element
 
@@ -194,7 +190,7 @@ def upload(page: CasePage, label: str, endings: Sequence[str], take: Callable[[s
         data = await event.file.read()
         page.attempt(lambda: take(event.file.name, data))
 
-    too_large = page.texts("start.too_large", most=MOST_UPLOADED >> 20)
+    too_large = f"The file is larger than {MOST_UPLOADED >> 20} MiB, or not of a kind that is read"
     ui.upload(
         label=label, on_upload=received, auto_upload=True, max_file_size=MOST_UPLOADED - (1 << 16),
         on_rejected=lambda: ui.notify(too_large, type="negative"),

@@ -9,7 +9,6 @@ from urllib.parse import urlencode
 from nicegui import run, ui
 
 from fragfield.app.document import steps_of
-from fragfield.app.fields import page_texts
 from fragfield.case.faults import Fault
 from fragfield.case.keys import key_path
 from fragfield.errors import message_of
@@ -23,7 +22,6 @@ if TYPE_CHECKING:
     from nicegui.element import Element
 
     from fragfield.app.document import CaseDocument, Session
-    from fragfield.app.fields import Texts
 
 
 class Raw(str):
@@ -103,6 +101,11 @@ PAGES: dict[str, tuple[str, ...]] = {
 _TICK = 0.4  # s between looks at the case
 
 
+def title_of(page: str) -> str:
+    """A page as links and titles name it."""
+    return "Check and run" if page == "run" else page.capitalize()
+
+
 def page_of(key: str) -> str:
     """The page that has the field of a key: that which names most of it."""
     asked = f"{'.'.join(step for step in steps_of(key) if isinstance(step, str))}."
@@ -115,7 +118,6 @@ class CasePage:
 
     def __init__(self, session: Session, name: str, document: CaseDocument | None, focus: str = "") -> None:
         self.session, self.name, self.document, self.focus = session, name, document, focus
-        self.texts: Texts = page_texts()
         self._inputs: dict[str, Element] = {}
         self._listeners: list[Callable[[], object]] = []
         self._shown = -1
@@ -186,33 +188,35 @@ class CasePage:
             ui.run_javascript(f"setTimeout(() => fragfield.focus({self.focus!r}), 300)")
 
     def _head(self) -> None:
-        texts, case = self.texts, self.document
+        case = self.document
         ui.colors(primary="#16365c", secondary="#56616d", negative="#a3301a", positive="#1f5c8a", warning="#9a5b00")
-        ui.page_title(f"{texts(f'page.{self.name}')} · {case.name if case else 'fragfield'}")
+        ui.page_title(f"{title_of(self.name)} · {case.name if case else 'fragfield'}")
         with box("head", "header"):
             with box("head-line"):
                 ui.link("fragfield", self.address("start")).classes("brand")
                 note(case.name if case is not None else str(self.session.space.folder), "case-name")
                 if case is not None:
                     self._state = note("", "state").props("role=status")
-                    self._save = ui.button(texts("case.save"), on_click=self._save_case).props("dense id=save")
-                    self._drop = ui.button(texts("case.drop"), on_click=self._drop_draft).props("dense flat")
+                    self._save = ui.button("Save", on_click=self._save_case).props("dense id=save")
+                    self._drop = ui.button("Discard changes", on_click=self._drop_draft).props("dense flat")
             if case is not None:
-                with ui.element("nav").props(f'aria-label="{texts("page.pages")}"'):
+                with ui.element("nav").props(f'aria-label="{"Pages of this case"}"'):
                     for number, name in enumerate(PAGES, start=1):
-                        link = ui.link(f"{number} {texts(f'page.{name}')}", self.address(name))
+                        link = ui.link(f"{number} {title_of(name)}", self.address(name))
                         link.props(f'accesskey="{number}"' + (' aria-current="page"' if name == self.name else ""))
         if case is not None:
             self._news = box("news").props("role=status")
             with self._news:
-                note(texts("case.changed_on_disk"), "warning")
-                ui.button(texts("case.read_again"), on_click=self._drop_draft).props("dense flat")
+                note(
+                    "Another program has changed the file since it was read. What it wrote is not replaced.", "warning"
+                )
+                ui.button("Read it again", on_click=self._drop_draft).props("dense flat")
             self._news.set_visibility(False)
             self._faults = box("faults").props("role=alert")
 
     def _save_case(self) -> None:
         if self.attempt(self.case.save):
-            ui.notify(self.texts("case.saved", name=self.case.name), type="positive")
+            ui.notify(f"{self.case.name} is saved", type="positive")
 
     def _drop_draft(self) -> None:
         if self.attempt(self.case.reload):
@@ -236,8 +240,8 @@ class CasePage:
                     await found
 
     def _show_state(self) -> None:
-        case, texts = self.case, self.texts
-        self._state.set_text(texts("case.draft") if case.is_draft else texts("case.unchanged"))
+        case = self.case
+        self._state.set_text("changes not saved" if case.is_draft else "saved")
         self._save.set_enabled(case.is_draft)
         self._drop.set_visibility(case.is_draft)
         self._news.set_visibility(case.changed_on_disk)
@@ -261,7 +265,7 @@ class CasePage:
         self._faults.clear()
         with self._faults:
             if faults:
-                note(self.texts("case.faults", number=len(faults)), "fault-count")
+                note(f"To be mended before a run: {len(faults)}", "fault-count")
             for fault in elsewhere[:12]:
                 with box("fault"):
                     if fault.key:

@@ -41,7 +41,7 @@ def _add(session: Session, name: str) -> None:
             page = CasePage(session, "start", None)
             with box("content"):
                 note(str(error), "fault")
-                ui.link(page.texts("page.start"), "/start")
+                ui.link("Start", "/start")
             return
         if document is None and name != "start" and not run:
             ui.navigate.to("/start")

@@ -28,32 +28,33 @@ _STACKS: dict[str, dict[str, Any]] = {
 
 def content(page: CasePage) -> None:
     """Build the page."""
-    texts = page.texts
     with box("columns"):
         with box(tag="section"):
-            heading(texts("arrangement.title"))
+            heading("How the rounds stand")
             _stack(page)
             for index, entry in enumerate(page.case.get(("round",), [])):
                 name = entry.get("name", index + 1) if isinstance(entry, dict) else index + 1
-                heading(f"{texts('arrangement.attitude')}: {name}", 3)
+                heading(f"Attitude and position: {name}", 3)
                 own = [key.removeprefix("round.") for key in PAGES["arrangement"] if key.startswith("round.")]
                 form(page, ("round", index), only=[key for key in own if not key.startswith("i")])
-                with fold(texts("arrangement.initiation"), opened=page.focus.startswith(f"round[{index + 1}].i")):
+                with fold("Who is initiated, and when", opened=page.focus.startswith(f"round[{index + 1}].i")):
                     form(page, ("round", index), only=[key for key in own if key.startswith("i")])
-            heading(texts("arrangement.planes"))
+            heading("Ground, decks and planes of symmetry")
             entries_form(page, ("plane",))
         with box(tag="section"):
-            pictures = {name: html(kind="picture") for name in ("plan", "elevation")}
-            note(texts("arrangement.legend"))
+            pictures = {title: html(kind="picture") for title in ("Plan, from above", "Elevation, seen along +y")}
+            note(
+                "hatched: a round, its computed part in full lines; dashed: an image behind a plane of symmetry; ● "
+                "initiated by its own points"
+            )
             arranged = html()
 
     async def judged() -> None:
         case, found = page.case.resolved(), await run.io_bound(checked, page)
-        for vertical, (name, picture) in enumerate(pictures.items(), start=1):
-            title = texts(f"arrangement.{name}")
+        for vertical, (title, picture) in enumerate(pictures.items(), start=1):
             drawn = await run.io_bound(plan_svg, case, vertical, title) if case is not None and case.round else ""
             picture.set_content(f"<h3>{escape(title)}</h3>{drawn}" if drawn else "")
-        arranged.set_content(_facts(page, found))
+        arranged.set_content(_facts(found))
 
     page.follow(judged)
 
@@ -67,37 +68,31 @@ def _stack(page: CasePage) -> None:
         if page.change(("stack",), table):
             ui.navigate.reload()
 
-    options = {name: page.texts(f"arrangement.{name}") for name in _STACKS}
+    options = {name: name.capitalize() for name in _STACKS}
     ui.toggle(options, value=now if now in options else None, on_change=lambda event: choose(event.value))
     if now != "single":
         form(page, ("stack",), without=("arrangement",))
 
 
-def _facts(page: CasePage, found: CheckedBurst | str | None) -> str:
-    texts = page.texts
+def _facts(found: CheckedBurst | str | None) -> str:
     if found is None or isinstance(found, str):
-        return f'<p class="fault">{escape(found or texts("arrangement.cannot"))}</p>'
+        return f'<p class="fault">{escape(found or "Mend the errors to see the arrangement.")}</p>'
     from burst_fenicsx.symmetry import symmetry_words
 
     arranged = found.arrangement
-    rows = [(texts("run.geometry"), f"{found.geometry.choice} ({found.geometry.reason})")]
+    rows = [("Burst", f"{found.geometry.choice} ({found.geometry.reason})")]
     if gap := arranged.min_clearance:
-        (first, second), distance = gap.rounds, number(1e3 * gap.clearance, 4)
-        between = texts("arrangement.between", distance=distance, first=first, second=second)
-        rows.append((texts("arrangement.clear"), between))
+        between = f"{number(1e3 * gap.clearance, 4)} mm, {' to '.join(gap.rounds)}"
+        rows.append(("Smallest clear distance", between))
     if contents := found.contents:
-        rows.append((texts("run.neq"), f"{kilograms(contents.explosive)} (TNT {kilograms(contents.tnt)})"))
-    rows += [(texts("arrangement.computed"), words) for words in symmetry_words(to_json(found.symmetry))]
-    rows.append((texts("arrangement.attitude"), arranged.attitude.words))
-    listed = [_round_row(page, entry) for entry in arranged.rounds[:_MOST_LISTED]]
-    return f"{facts(rows)}<h3>{escape(texts('arrangement.rounds'))}</h3>{facts(listed)}"
+        rows.append(("Net explosive quantity", f"{kilograms(contents.explosive)} (TNT {kilograms(contents.tnt)})"))
+    rows += [("Computed", words) for words in symmetry_words(to_json(found.symmetry))]
+    rows.append(("Attitude and position", arranged.attitude.words))
+    listed = [_round_row(entry) for entry in arranged.rounds[:_MOST_LISTED]]
+    return f"{facts(rows)}<h3>Rounds</h3>{facts(listed)}"
 
 
-def _round_row(page: CasePage, entry: PlacedRound) -> tuple[str, str, str]:
-    place, delays, texts = ", ".join(number(1e3 * one, 4) for one in entry.position), entry.delays, page.texts
-    shock = texts("arrangement.by_shock")
-    return (
-        entry.name,
-        f"({place}) mm",
-        texts("arrangement.initiated_at", time=number(1e6 * delays[0], 3)) if delays else shock,
-    )
+def _round_row(entry: PlacedRound) -> tuple[str, str, str]:
+    place, delays = ", ".join(number(1e3 * one, 4) for one in entry.position), entry.delays
+    initiated = f"at {number(1e6 * delays[0], 3)} µs" if delays else "by shock alone"
+    return entry.name, f"({place}) mm", initiated

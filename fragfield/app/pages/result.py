@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from html import escape
 from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
 
@@ -32,7 +31,7 @@ _SIDES = ("in the run", "now")
 
 def content(page: CasePage, run: str = "") -> None:
     """Build the page of a run: that of the address, else that of the case."""
-    texts, space = page.texts, page.session.space
+    space = page.session.space
     names = [one.name for one in space.runs()]
     own = space.run_of(page.document.name) if page.document is not None else ""
     chosen = run or (own if own in names else "")
@@ -40,11 +39,11 @@ def content(page: CasePage, run: str = "") -> None:
         options = names if not chosen or chosen in names else [chosen, *names]
         with box("choices"):
             choose(
-                texts("result.run"), options, chosen or None,
+                "Run", options, chosen or None,
                 lambda name: ui.navigate.to(page.address("result", run=name)),
             )  # fmt: skip
     if not chosen:
-        note(texts("result.none"), "meaning")
+        note("This case has not been run yet: page 5 runs it.", "meaning")
         return
     try:
         found = fragfield.open(space.inside(chosen))
@@ -57,7 +56,7 @@ def content(page: CasePage, run: str = "") -> None:
     parts = (part.decision, part.map, part.files)
     with ui.tabs().props("no-caps align=left inline-label outside-arrows mobile-arrows") as tabs:
         for build in parts:
-            ui.tab(build.__name__, texts(f"result.{build.__name__}"))
+            ui.tab(build.__name__, build.__name__.capitalize())
     with ui.tab_panels(tabs, value="decision", animated=False).style("width:100%").props("keep-alive=false"):
         for build in parts:
             with ui.tab_panel(build.__name__).style("padding:.6rem 0"):
@@ -66,24 +65,24 @@ def content(page: CasePage, run: str = "") -> None:
 
 def _mark_changes(page: CasePage, run: RunDirectory) -> None:
     """Say in which keys the case on the pages is another than that of the run, as long as it is."""
-    texts, place = page.texts, box("news").props("role=status data-box=changed")
+    place = box("news").props("role=status data-box=changed")
     place.set_visibility(False)
 
     def changes() -> list[str]:
         case = page.case.resolved()
-        return [texts("result.has_faults")] if case is None else differences(run.stored_case(), case, words=_SIDES)
+        return ["the case has faults now"] if case is None else differences(run.stored_case(), case, words=_SIDES)
 
     async def judged() -> None:
         lines = await threads.io_bound(changes)
         place.clear()
         place.set_visibility(bool(lines))
         with place, box():
-            note(texts("result.changed"), "warning")
+            note("This is the result of another state of the case, which has been changed since:", "warning")
             for line in lines[:_MOST_CHANGES]:
                 ui.label(line)
             if len(lines) > _MOST_CHANGES:
-                note(texts("result.more_changes", number=len(lines) - _MOST_CHANGES))
-            ui.link(texts("result.compute_again"), page.address("run"))
+                note(f"and {len(lines) - _MOST_CHANGES} more keys")
+            ui.link("Compute it again", page.address("run"))
 
     page.follow(judged)
 
@@ -102,7 +101,7 @@ def _when_seen(tabs: ui.tabs, build: Callable[[], None]) -> None:
 
 class _Parts:
     def __init__(self, page: CasePage, name: str, found: Any) -> None:  # noqa: ANN401 - a run
-        self.page, self.texts, self.name, self.run = page, page.texts, name, found
+        self.page, self.name, self.run = page, name, found
         self.path: Path = found.path
         self.summary: Summary = found.summary
 
@@ -111,14 +110,13 @@ class _Parts:
 
     def _framed(self, file: str) -> None:
         if not (self.path / file).is_file():
-            note(self.texts("result.no_file", name=file), "meaning")
+            note(f"The run has no {file} (yet).", "meaning")
             return
-        ui.link(self.texts("result.alone", name=file), self._address(file), new_tab=True)
+        ui.link(f"Open {file} alone", self._address(file), new_tab=True)
         ui.element("iframe").props(f'src="{self._address(file)}" title="{file}" loading=lazy')
 
     def decision(self) -> None:
         """The recommended distance, the verdicts, what it is not to fall below; then the report itself."""
-        texts = self.texts
         with box("columns"):
             with box(tag="section"):
                 if to_apply := self.summary.distance_to_apply:
@@ -131,45 +129,48 @@ class _Parts:
                 note(f"{shown.value} {shown.unit}".rstrip(), "number").props("data-box=recommended")
                 note(shown.note, "meaning" if shown.unit else "fault")
             with box(tag="section"):
-                heading(texts("result.verdicts"))
+                heading("Exposed sites")
                 self._verdicts()
-        heading(texts("result.report"))
+        heading("Report")
         if self.page.document is not None:
             self._document(self.page)
         self._framed("report.html")
 
     def _document(self, page: CasePage) -> None:
         """Number and names of the report, written into it; its pages hold them, with the digest of the numbers."""
-        texts, case = self.texts, page.case.name
-        note(texts("result.sign_how"), "meaning")
+        case = page.case.name
+        note(
+            "Number and names stand in the report once it is written with them; every printed page holds the number "
+            "and the SHA-256 of the run's numbers. Sign the print, or the PDF of it.",
+            "meaning",
+        )
         form(page, ("document",), only=("number", "revision", "prepared_by", "reviewed_by", "approved_by"))
-        title = texts("result.report_title", name=case)
+        title = f"{case}: report"
         command = ["report", case, "--out", self.name]
         with box("choices"):
-            act(texts("result.write_report"), "write-report", lambda: page.compute(title, self.name, command))
+            act("Write the report with them", "write-report", lambda: page.compute(title, self.name, command))
 
     def _verdicts(self) -> None:
-        texts, rows = self.texts, []
+        rows = []
         for entry in self.summary.exposed or ():
             verdict = entry.verdict
-            words = escape(texts("verdict." + verdict.replace(" ", "_")))
-            mark = Raw(f'<span class="verdict {verdict.replace(" ", "-")}">{words}</span>')
+            mark = Raw(f'<span class="verdict {verdict.replace(" ", "-")}">{verdict}</span>')
             rows.append((entry.name, mark, criterion_words(entry), f"{rounded_metres(entry.distance)} m"))
         if not rows:
-            note(texts("result.no_places"), "meaning")
+            note("The case has none.", "meaning")
             return
-        html(facts(rows, [texts(f"result.{name}") for name in ("place", "verdict", "criterion", "distance")]))
+        html(facts(rows, ("Place", "Verdict", "Criterion", "Distance")))
 
     def map(self) -> None:
         """The map of the run; after a place was moved, flight and hazard alone are computed again."""
-        page, texts = self.page, self.texts
+        page = self.page
         if page.document is not None:
             case = page.document.name
             commands = [[command, case, "--out", self.name] for command in ("fly", "report")]
-            title = texts("result.fly_title", name=case)
+            title = f"{case}: flight and hazard again"
             with box("choices"):
-                ui.link(texts("result.move"), page.address("site"))
-                act(texts("result.fly_again"), "fly", lambda: page.compute(title, self.name, *commands))
+                ui.link("Move places on the map of page 4", page.address("site"))
+                act("Compute flight and hazard alone again", "fly", lambda: page.compute(title, self.name, *commands))
         self._framed("map.html")
 
     def files(self) -> None:
@@ -179,4 +180,4 @@ class _Parts:
                 with box(tag="li"):
                     ui.link(file.name, f"{self._address(file.name)}?save=1")
                     note(f"{file.stat().st_size / 1e3:,.0f} kB")
-        note(self.texts("result.folder", path=str(self.path)))
+        note(f"Folder: {self.path}")

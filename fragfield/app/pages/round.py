@@ -27,7 +27,6 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from fragfield.app.document import CaseDocument
-    from fragfield.app.fields import Texts
     from fragfield.app.page import CasePage
     from fragfield.report.figures.rounds import RoundFacts
 
@@ -44,15 +43,15 @@ _TOLERANCE = 0.01  # of the drawing's masses, as `round.expected` allows
 
 def content(page: CasePage) -> None:
     """Build the page."""
-    texts, rounds = page.texts, page.case.get(("round",), [])
+    rounds = page.case.get(("round",), [])
 
     def first() -> None:
         if page.change(("round", 0), OWN_ROUND):
             ui.navigate.reload()
 
     if not isinstance(rounds, list) or not rounds:
-        note(texts("round.none"), "meaning")
-        act(texts("round.first"), "first-round", first, look="")
+        note("The case has no round.", "meaning")
+        act("Add a round", "first-round", first, look="")
         return
     names = {index: str(entry.get("name", index + 1)) if isinstance(entry, dict) else str(index + 1)
              for index, entry in enumerate(rounds)}  # fmt: skip
@@ -64,7 +63,7 @@ def content(page: CasePage) -> None:
         _RoundEditor(page, index, lambda: show.refresh(index)).build()
 
     if len(names) > 1:
-        choose(texts("page.round"), names, chosen, show.refresh)
+        choose("Round", names, chosen, show.refresh)
     show(chosen)
 
 
@@ -95,7 +94,7 @@ def _located(name: object, folder: Path) -> str:
 class _RoundEditor:
     def __init__(self, page: CasePage, index: int, again: Callable[[], object]) -> None:
         self.again = again
-        self.page, self.texts, self.index, self.path = page, page.texts, index, ("round", index)
+        self.page, self.index, self.path = page, index, ("round", index)
         self.place = (*self.path, "profile")
         profile = page.case.get(self.place)
         self.own = isinstance(profile, dict)
@@ -103,71 +102,75 @@ class _RoundEditor:
 
     def build(self) -> None:
         """Table on the left, drawing on the right; on a telephone the drawing first."""
-        page, texts = self.page, self.texts
+        page = self.page
         with box("columns drawing-first"):
             with box(tag="section"):
                 self._shape()
                 self._from_file()
-                heading(texts("round.materials"))
+                heading("Fill and casing")
                 self._materials()
-                heading(texts("round.expected"))
-                note(texts("round.expected_why"), "meaning")
+                heading("Masses on the drawing")
+                note(
+                    "Contours and materials must give them within 1 %: this finds diameters given for radii, and "
+                    "wrong units.",
+                    "meaning",
+                )
                 with box("form"):
                     for key in ("casing", "charge"):
                         field_input(page, (*self.path, "expected", key), changed=self.draw)
-                with fold(texts("round.official"), opened=page.focus.startswith("official")):
+                with fold("Official distances of this round", opened=page.focus.startswith("official")):
                     form(page, ("official",))
-                with fold(texts("round.more")):
+                with fold("Mesh of its own"):
                     form(page, self.path, only=("mesh",))
             with box("beside", "section"):
                 self.picture, self.facts = html(kind="picture"), html()
         self.draw()
 
     def _shape(self) -> None:
-        texts, page, table = self.texts, self.page, self.table
-        heading(texts("round.contour"))
+        page, table = self.page, self.table
+        heading("Contour")
         field_input(page, (*self.path, "name"))
-        kinds = {True: texts("round.own"), False: texts("round.ready")}
+        kinds = {True: "Own drawing", False: "Ready profile"}
         ui.toggle(kinds, value=self.own, on_change=lambda event: self._switch(own=event.value))
         if not self.own:
             field_input(page, self.place, choices=profile_names(), changed=self.draw)
             return
         with box("choices"):
-            for name, words in (("diameters", ("radii", "diameters")), ("from_base", ("from_nose", "from_base"))):
-                options = dict(zip((False, True), (texts(f"round.{one}") for one in words), strict=True))
+            for name, options in (
+                ("diameters", {False: "Radii", True: "Diameters"}),
+                ("from_base", {False: "Stations from nose", True: "Stations from base"}),
+            ):
                 ui.toggle(
                     options, value=getattr(table, name),
                     on_change=lambda event, name=name: self._count(**{name: event.value}),
                 )  # fmt: skip
-            choose(texts("round.unit"), list(_UNITS), table.unit, lambda unit: self._put("unit", unit, again=True))
+            choose("Unit", list(_UNITS), table.unit, lambda unit: self._put("unit", unit, again=True))
         self._tables()
 
     @ui.refreshable_method
     def _tables(self) -> None:
-        texts, table = self.texts, self.table
-        across = "round.diameter" if table.diameters else "round.radius"
-        heads = [f"{texts(one)} ({table.unit})" for one in ("round.station", across, "round.arc")]
+        table = self.table
+        across = "Diameter" if table.diameters else "Radius"
+        heads = [f"{one} ({table.unit})" for one in ("Station", across, "Arc radius")]
         with box("contours") as contours:
-            for name in ("outer", "cavity"):
-                heading(texts(f"round.{name}"), 3)
-                with box("contour").props(f'role=table aria-label="{texts(f"round.{name}")}"'):
+            for name, title in (("outer", "Outside of the casing"), ("cavity", "Cavity")):
+                heading(title, 3)
+                with box("contour").props(f'role=table aria-label="{title}"'):
                     for head in (*heads, ""):
                         note(head, "head-cell")
                     for row, cells in enumerate(getattr(table, name)):
                         for column, cell in enumerate(cells):
                             self._cell(name, row, column, cell, heads[column])
                         with ui.button(icon="close", on_click=lambda _, at=(name, row): self._remove(*at)) as away:
-                            away.props(f'flat dense round size=sm tabindex=-1 aria-label="{texts("form.remove")}"')
-                ui.button(texts("round.add_point"), icon="add", on_click=lambda _, name=name: self._add(name)).props(
-                    "dense flat"
-                )
+                            away.props("flat dense round size=sm tabindex=-1 aria-label=Remove")
+                ui.button("Add a point", icon="add", on_click=lambda _, name=name: self._add(name)).props("dense flat")
         self.page.bind(self.place, contours)
-        heading(texts("round.charge"), 3)
+        heading("Charge and fuze", 3)
         with box("form"):
-            self._single("front", f"{texts('round.front')} ({table.unit})", "charge")
-            fills = {"": texts("round.full"), "inert": texts("round.inert"), "void": texts("round.void")}
-            choose(texts("round.fill"), fills, table.fill, lambda fill: self._put("fill", fill))
-            self._single("mass", f"{texts('round.fuze_mass')} (kg)", "fuze")
+            self._single("front", f"Front of the charge ({table.unit})", "charge")
+            fills = {"": "nothing: the cavity is full", "inert": "inert fuze", "void": "void"}
+            choose("Before the charge", fills, table.fill, lambda fill: self._put("fill", fill))
+            self._single("mass", "Mass of the fuze (kg)", "fuze")
 
     def _cell(self, name: str, row: int, column: int, value: str, head: str) -> None:
         if column == 2 and row == 0:
@@ -228,7 +231,7 @@ class _RoundEditor:
 
     def _from_file(self) -> None:
         """The contour of a drawing or of a table of diameters, as `fragfield convert` reads it."""
-        texts, page = self.texts, self.page
+        page = self.page
         files = files_in(page.folder, _DRAWINGS)
         chosen = {"file": files[0] if files else "", "settings": ""}
 
@@ -242,16 +245,17 @@ class _RoundEditor:
             if page.attempt(take):
                 self.again()
 
-        with fold(texts("round.from_file"), opened=bool(files) and page.case.get(self.place) == BARE):
+        opened = bool(files) and page.case.get(self.place) == BARE
+        with fold("From a file: drawing (DXF) or table of diameters", opened=opened):
             if files:
                 with box("form"):
-                    choose(texts("form.file"), files, files[0], lambda name: chosen.update(file=name))
+                    choose("File", files, files[0], lambda name: chosen.update(file=name))
                     ui.input(
-                        texts("round.file_settings"), placeholder="unit=1 mm",
+                        "How it is read, as KEY=VALUE, with commas between", placeholder="unit=1 mm",
                         on_change=lambda event: chosen.update(settings=event.value or ""),
                     )  # fmt: skip
-                act(texts("round.take_file"), "take-file", act_on_file)
-            upload(page, texts("start.choose"), _DRAWINGS, lambda name, data: keep_file(page, name, data, _DRAWINGS))
+                act("Take its contour", "take-file", act_on_file)
+            upload(page, "Choose a file", _DRAWINGS, lambda name, data: keep_file(page, name, data, _DRAWINGS))
 
     def _materials(self) -> None:
         with box("form"):
@@ -275,7 +279,7 @@ class _RoundEditor:
         numbers = round_facts(item)
         pictures = (round_svg(item, numbers.centre, narrow=narrow) for narrow in (False, True))
         self.picture.set_content("".join(pictures))
-        self.facts.set_content(_facts_table(self.texts, numbers, self._expected()))
+        self.facts.set_content(_facts_table(numbers, self._expected()))
         used = (item.explosive, item.casing)
         self.sources.set_text(" ".join(f"{one.name}: {one.source}" for one in used if one.source))
 
@@ -292,25 +296,26 @@ class _RoundEditor:
         return found
 
 
-def _facts_table(texts: Texts, found: RoundFacts, expected: dict[str, float]) -> str:
-    masses = {"casing": found.casing, "charge": found.charge, "fuze": found.fuze, "whole": found.whole}
+def _facts_table(found: RoundFacts, expected: dict[str, float]) -> str:
+    masses = {"casing": found.casing, "charge": found.charge, "fuze": found.fuze, "whole round": found.whole}
     rows = [
-        (texts(f"fact.{key}"), f"{number(mass, 4)} kg", _difference(texts, mass, expected.get(key)))
-        for key, mass in masses.items()
+        (name.capitalize(), f"{number(mass, 4)} kg", _difference(mass, expected.get(name)))
+        for name, mass in masses.items()
     ]
-    others = {
-        "ratio": (number(found.ratio, 4), ""),
-        "fuze_density": (f"{number(found.fuze_density, 4)} kg/m³" if found.fuze_density else "–", ""),
-        "centre": (f"{number(1e3 * found.centre, 4)} mm", texts("fact.from_nose")),
-        "size": (f"{number(1e3 * found.length, 4)} × ⌀ {number(1e3 * found.diameter, 4)} mm", ""),
-    }
-    return facts([*rows, *((texts(f"fact.{key}"), *words) for key, words in others.items())])
+    size = f"{number(1e3 * found.length, 4)} × ⌀ {number(1e3 * found.diameter, 4)} mm"
+    return facts([
+        *rows,
+        ("Charge / casing (C/M)", number(found.ratio, 4), ""),
+        ("Fuze density", f"{number(found.fuze_density, 4)} kg/m³" if found.fuze_density else "–", ""),
+        ("Centre of mass", f"{number(1e3 * found.centre, 4)} mm", "from the nose"),
+        ("Length and diameter", size, ""),
+    ])  # fmt: skip
 
 
-def _difference(texts: Texts, mass: float, wanted: float | None) -> str:
+def _difference(mass: float, wanted: float | None) -> str:
     if wanted is None:
         return ""
     off = mass / wanted - 1.0
     kind, sign = ("good", "✓") if abs(off) <= _TOLERANCE else ("bad", "✗")
-    words = f"{sign} {off:+.2%} {escape(texts('fact.of_drawing'))}".replace("-", "−")
+    words = f"{sign} {off:+.2%} of the drawing".replace("-", "−")
     return Raw(f'<span class="{kind}">{words}</span>')

@@ -27,31 +27,31 @@ if TYPE_CHECKING:
 PRESETS = {"quick": (13, "off", 8), "standard": (26, "standard", None), "final": (39, "final", 100)}
 """Cells across the largest diameter, grid convergence and fewest realisations (None: the default) of each preset."""
 _DONE = re.compile(r": ([a-z-]+): done in ([\d.]+) s")
+_STATES = {"running": "runs", "stopping": "is being stopped", "stopped": "stopped; it can be resumed"}
 _LOOK = 1.0  # s between looks at the run
 
 
 def content(page: CasePage) -> None:
     """Build the page."""
-    texts = page.texts
     with box("columns"):
         with box(tag="section"):
-            heading(texts("run.settings"))
+            heading("Settings")
             _presets(page)
             _tables(page)
         with box(tag="section"):
-            heading(texts("run.findings"))
+            heading("Findings")
             findings = box().props("role=status")
-            heading(texts("run.cost"))
+            heading("What is computed")
             cost = html()
             starter = _Starter(page)
-            heading(texts("run.now"))
+            heading("The run")
             job = _Now(page, starter)
 
     async def judged() -> None:
         found = await threads.io_bound(checked, page)
         starter.allow(found is not None)
         _show_findings(page, findings, found)
-        cost.set_content(_cost(page, found) if found is not None else f'<p class="meaning">{texts("run.no_cost")}</p>')
+        cost.set_content(_cost(page, found) if found is not None else '<p class="meaning">Mend the errors first.</p>')
 
     page.follow(judged)
     ui.timer(_LOOK, job.look)
@@ -71,7 +71,6 @@ def checked(page: CasePage) -> CheckedBurst | str | None:
 
 
 def _show_findings(page: CasePage, place: Any, found: CheckedBurst | str | None) -> None:  # noqa: ANN401 - an element
-    texts = page.texts
     rows = [("error", fault.key, fault.words) for fault in page.case.faults()]
     if isinstance(found, str):
         rows.append(("error", "", found))
@@ -82,13 +81,13 @@ def _show_findings(page: CasePage, place: Any, found: CheckedBurst | str | None)
     with place:
         for severity, key, words in rows[:60]:
             with box("finding"):
-                note(texts(f"run.{severity}"), f"severity {severity}")
+                note(severity.capitalize(), f"severity {severity}")
                 with box():
                     if key:
                         ui.link(key, page.address(page_of(key), key=key))
                     ui.label(words)
         if not rows:
-            note(texts("run.nothing"), "good")
+            note("✓ Nothing is doubtful in this case.", "good")
 
 
 def kilograms(mass: float) -> str:
@@ -97,19 +96,18 @@ def kilograms(mass: float) -> str:
 
 
 def _cost(page: CasePage, found: CheckedBurst | str) -> str:
-    texts = page.texts
     if isinstance(found, str):
         return ""
     contents, last = found.contents, _last_time(page)
     rows = {
-        "geometry": f"{found.geometry.choice} ({found.geometry.reason})",
-        "cells": number(found.mesh.cells),
-        "memory": f"{found.expected.memory_bytes / 1e9:.2g} GB",
-        "also": texts("run.also_is"),
-        "last": last,
-        "neq": kilograms(contents.explosive) if contents else "",
+        "Burst": f"{found.geometry.choice} ({found.geometry.reason})",
+        "Cells": number(found.mesh.cells),
+        "Memory": f"{found.expected.memory_bytes / 1e9:.2g} GB",
+        "Besides": "bursts of the grid convergence, flights, and once the compiler (minutes)",
+        "The last run took": last,
+        "Net explosive quantity": kilograms(contents.explosive) if contents else "",
     }
-    return facts([(texts(f"run.{name}"), words) for name, words in rows.items() if words])
+    return facts([one for one in rows.items() if one[1]])
 
 
 def _last_time(page: CasePage) -> str:
@@ -132,14 +130,13 @@ def preset_values(name: str, diameter: float) -> dict[tuple[str, str], object]:
 
 
 def _presets(page: CasePage) -> None:
-    texts = page.texts
-    note(texts("run.presets_why"), "meaning")
+    note("A preset sets cell size, grid convergence and realisations in the case; nothing is hidden.", "meaning")
 
     def choose(name: str) -> None:
         case = page.case.resolved()
         diameter = max((_diameter(entry.profile) for entry in case.round), default=0.0) if case is not None else 0.0
         if not diameter:
-            ui.notify(texts("run.no_preset"), type="warning")
+            ui.notify("A preset needs a round with a contour, and a case without errors.", type="warning")
             return
         kept = [page.change(path, value) for path, value in preset_values(name, diameter).items()]
         if all(kept):
@@ -147,7 +144,7 @@ def _presets(page: CasePage) -> None:
 
     with box("choices"):
         for name in PRESETS:
-            ui.button(texts(f"run.{name}"), on_click=lambda _, name=name: choose(name)).props(
+            ui.button(name.capitalize(), on_click=lambda _, name=name: choose(name)).props(
                 f"outline data-preset={name}"
             )
 
@@ -165,30 +162,33 @@ def _tables(page: CasePage) -> None:
     for entry in fields_of(()):
         if entry.form in ("table", "tables") and page_of(entry.name) == "run":
             folded(page, (entry.name,), entry, without=("ground",) if entry.name == "flight" else ())
-    with fold(page.texts("run.text")):
+    with fold("The case file as text"):
         _source(page)
 
 
 def _source(page: CasePage) -> None:
-    note(page.texts("run.text_why"), "meaning")
+    note("The file is the truth: the pages show and change it, the command line reads it.", "meaning")
     source = ui.textarea(value=page.case.text).props("outlined autogrow spellcheck=false").classes("source")
 
     def take() -> None:
         if page.attempt(lambda: page.case.replace(source.value or "")):
             ui.navigate.reload()
 
-    act(page.texts("run.take_text"), "take-text", take)
+    act("Take this text", "take-text", take)
 
 
 class _Starter:
     def __init__(self, page: CasePage) -> None:
-        self.page, texts = page, page.texts
+        self.page = page
         self.run = page.session.space.run_of(page.case.name)
         with box("choices"):
-            self.start = act(texts("run.start"), "start", self.go, "")
-            self.resume = act(texts("run.resume"), "resume", lambda: self.go("--resume"), "outline")
-            self.again = act(texts("run.again"), "again", lambda: self.go("--overwrite"), "outline")
-        note(texts("run.writes", run=self.run))
+            self.start = act("Run", "start", self.go, "")
+            self.resume = act("Continue the run", "resume", lambda: self.go("--resume"), "outline")
+            self.again = act("Compute again", "again", lambda: self.go("--overwrite"), "outline")
+        note(
+            f"The case is saved and computed into {self.run}, one run at a time. It goes on when this page is closed, "
+            "and is stopped with the application."
+        )
         self.show()
 
     @property
@@ -233,39 +233,38 @@ class _Now:
         self.place.clear()
         with self.place:
             if job is None:
-                note(self.page.texts("run.no_job"))
+                note("Nothing has been run from here.")
             else:
                 self._job(job)
 
     def _job(self, job: Job) -> None:
-        texts = self.page.texts
         with box(f"job {job.state}").props(f"data-state={job.state}"):
             with box("choices"):
                 ui.label(job.title).style("font-weight:600")
-                note(texts(f"job.{job.state}"), "state")
+                note(_STATES.get(job.state, job.state), "state")
                 if job.state == "running":
-                    act(texts("run.cancel"), "cancel", job.cancel)
+                    act("Cancel", "cancel", job.cancel)
                 if job.state in ("stopped", "failed") and job.run == self.starter.run and self.starter.can_resume:
-                    act(texts("run.resume"), "resume-job", lambda: self.starter.go("--resume"), "outline dense")
+                    act("Continue the run", "resume-job", lambda: self.starter.go("--resume"), "outline dense")
                 if job.state == "done":
-                    ui.link(texts("run.to_result"), self.page.address("result", run=job.run))
+                    ui.link("To the result", self.page.address("result", run=job.run))
             if job.is_live:
-                _stages(texts, job)
+                _stages(job)
             elif job.state == "failed":
-                note(texts("job.code", code=job.code), "fault")
+                note(f"Exit code {job.code}; the log says why.", "fault")
             if job.state != "done" and (words := job.words()):
-                with fold(texts("run.log"), opened=job.state == "failed"), box("words", "pre"):
+                with fold("Log", opened=job.state == "failed"), box("words", "pre"):
                     ui.label(words)
 
 
-def _stages(texts: Any, job: Job) -> None:  # noqa: ANN401 - texts
+def _stages(job: Job) -> None:
     now, names = job.progress(), list(STAGES)
     at = names.index(now.stage) if now.stage in names else -1
     with box("stages"):
         for index, name in enumerate(names):
             share = 100.0 if index < at else 100.0 * now.share if index == at else 0.0
             with box("stage"):
-                words = texts(f"stage.{name}")
+                words = "flight" if name == "fly" else name
                 ui.label(words)
                 with box("bar").props(f'role=progressbar aria-valuenow={share:.0f} aria-label="{words}"'):
                     box().style(f"width:{share:.1f}%")

@@ -37,33 +37,34 @@ _NEW: dict[str, tuple[str, dict[str, Any]]] = {
 """What is added to the map, by the name of its button: table and first values."""
 _MAPS = (".geojson", ".json", ".kml", ".kmz")
 _GRIDS = (".asc", ".tif", ".tiff")
-_WORDS = ("title", "zoom_in", "zoom_out", "show_all", "north", "azimuth", "bearing")
-"""Of the map itself."""
 
 
 def content(page: CasePage) -> None:
     """Build the page."""
-    texts = page.texts
     site = _Site(page)
     with box("columns wide-left"):
         with box(tag="section"):
-            heading(texts("site.title"))
+            heading("Map of the site")
             html('<div id="site-map"></div>')
-            note(texts("site.drag"))
-            with box("choices").props(f'role=group aria-label="{texts("site.add")}"'):
+            note(
+                "Drag a mark to move it; the arrow keys move the mark in focus by a metre, with Shift by ten. Wheel "
+                "and buttons zoom."
+            )
+            with box("choices").props('role=group aria-label="Add to the map"'):
                 for name in _NEW:
-                    ui.button(texts(f"kind.{name}"), icon="add", on_click=lambda _, name=name: site.add(name)).props(
+                    words = "Building that shields" if name == "obstacle_building" else name.capitalize()
+                    ui.button(words, icon="add", on_click=lambda _, name=name: site.add(name)).props(
                         f"dense outline data-add={name}"
                     )
             _exchange(page, site)
-            heading(texts("site.rules"))
+            heading("Rules and blast by mass, before any run")
             site.rules = html()
         with box(tag="section"):
-            heading(texts("site.exposed"))
+            heading("Exposed sites")
             site.lists()
-            heading(texts("site.earth"))
+            heading("Where on Earth")
             form(page, ("site",))
-            heading(texts("site.ground"))
+            heading("Ground and terrain")
             _ground(page)
     ui.on("moved", site.moved)
     page.follow(site.judged)
@@ -74,19 +75,18 @@ class _Site:
         self.page = page
         self.circles: list[dict[str, Any]] = []
         self.rounds: list[dict[str, Any]] = []
-        self.words = {name: page.texts(f"site.{name}") for name in _WORDS}
         self.rules: ui.html
 
     @ui.refreshable_method
     def lists(self) -> None:
         """Forms of the exposed sites and of the obstacles."""
         entries_form(self.page, ("exposed",), changed=self.draw)
-        heading(self.page.texts("site.obstacles"))
+        heading("Barricades, walls and buildings")
         entries_form(self.page, ("obstacle",), changed=self.draw)
 
     def draw(self) -> None:
         """Draw the draft as it stands."""
-        plan = {**plan_of(self.page.case, self.circles, self.rounds), "words": self.words}
+        plan = plan_of(self.page.case, self.circles, self.rounds)
         ui.run_javascript(f"fragfieldMap({json.dumps(plan)})".replace("</", "<\\/"))
 
     async def judged(self) -> None:
@@ -104,8 +104,7 @@ class _Site:
             (one.name, f"{one.hazard}, {one.use}", metres(one.distance) if one.distance else one.reason)
             for one in rules
         ]
-        heads = [self.page.texts(f"site.{name}") for name in ("rule", "hazard", "distance")]
-        self.rules.set_content(facts(rows, heads))
+        self.rules.set_content(facts(rows, ("Rule", "Against", "Distance")))
         self.draw()
 
     def again(self) -> None:
@@ -147,17 +146,18 @@ def _ground(page: CasePage) -> None:
             extent.set_text("")
             return
         (west, south), (east, north) = ground.corner, ground.end
-        values = {"west": west, "east": east, "south": south, "north": north, "low": ground.heights.min(),
-                  "high": ground.heights.max()}  # fmt: skip
-        extent.set_text(page.texts("site.terrain", **{name: f"{value:.0f}" for name, value in values.items()}))
+        low, high = ground.heights.min(), ground.heights.max()
+        extent.set_text(
+            f"Map of heights: x {west:.0f} to {east:.0f} m, y {south:.0f} to {north:.0f} m, heights {low:.0f} to "
+            f"{high:.0f} m"
+        )
 
     page.follow(judged)
 
 
 def _exchange(page: CasePage, site: _Site) -> None:
-    texts = page.texts
     if site_in(page.case) is None:
-        note(f"{texts('site.no_north')} {texts('site.needs_site')}")
+        note("Without a place on Earth the map has no north: x is drawn to the right. Import needs one.")
         return
 
     def take(name: str, data: bytes) -> None:
@@ -169,9 +169,9 @@ def _exchange(page: CasePage, site: _Site) -> None:
             begin = len(page.case.get((table,), []))
             for number, entry in enumerate(entries):
                 page.case.set((table, begin + number), entry)
-        words = texts("site.imported", number=sum(map(len, tables.values())))
+        words = f"{sum(map(len, tables.values()))} places were added"
         ui.notify("\n".join([words, *notes]), type="positive", multi_line=True)
         site.again()
 
     with box("choices"):
-        upload(page, texts("site.import"), _MAPS, take)
+        upload(page, "Import GeoJSON or KML", _MAPS, take)

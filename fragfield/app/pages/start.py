@@ -18,59 +18,65 @@ if TYPE_CHECKING:
     from fragfield.app.workspace import Listed
 
 
-_TEMPLATES = {"single": "round", "workshop": "site", "drawing": "round"}
-"""The page that a case made from each is opened on."""
+_TEMPLATES = {
+    "single": "One round (M107, TNT)", "workshop": "A row of four at a workshop and a road",
+    "drawing": "A round of my own drawing",
+}  # fmt: skip
 _UPLOADS = (".toml", ".csv", ".tsv", ".txt", ".xlsx", ".ods", ".asc", ".tif", ".tiff", ".png", ".jpg", ".geojson",
             ".kml", ".kmz", ".dxf", ".msh")  # fmt: skip
 
 
 def content(page: CasePage) -> None:
     """Build the page."""
-    texts, space = page.texts, page.session.space
-    heading(texts("start.title"), 1)
-    note(texts("start.purpose", folder=str(space.folder)), "meaning")
+    space = page.session.space
+    heading("Hazard distances of fragments", 1)
+    note(f"For explosives safety only. Working folder: {space.folder}", "meaning")
     with box("columns"):
         with box(tag="section"):
             _new(page)
-            heading(texts("start.upload"))
-            note(texts("start.upload_what", most=MOST_UPLOADED >> 20), "meaning")
-            upload(page, texts("start.choose"), _UPLOADS, lambda name, data: keep_file(page, name, data, _UPLOADS))
+            heading("Bring a file into the folder")
+            note(
+                f"A case, a drawing, a map of heights, a table of a test: up to {MOST_UPLOADED >> 20} MiB. Nothing "
+                "leaves this machine.",
+                "meaning",
+            )
+            upload(page, "Choose a file", _UPLOADS, lambda name, data: keep_file(page, name, data, _UPLOADS))
         with box(tag="section"):
             cases, runs = space.cases(), space.runs()
-            heading(texts("start.cases"))
-            _listed(page, cases, "case", "/round")
-            heading(texts("start.runs"))
-            _listed(page, runs, "run", "/result")
+            heading("Cases")
+            _listed(cases, "case", "/round")
+            heading("Runs")
+            _listed(runs, "run", "/result")
 
 
-def _listed(page: CasePage, found: list[Listed], key: str, place: str) -> None:
+def _listed(found: list[Listed], key: str, place: str) -> None:
     with box("list", "ul"):
         for one in found:
             with box(tag="li"):
                 ui.link(one.name, f"{place}?{urlencode({key: one.name})}")
                 when = dt.datetime.fromtimestamp(one.changed, dt.UTC).astimezone()
-                done = page.texts("start.done", stage=one.state) if one.state else ""
+                done = f"done up to: {one.state}" if one.state else ""
                 note(" · ".join(part for part in (f"{when:%Y-%m-%d %H:%M}", done) if part))
         if not found:
-            note(page.texts("start.none"))
+            note("none yet")
 
 
 def _new(page: CasePage) -> None:
-    texts, chosen = page.texts, {"template": "single", "name": ""}
-    heading(texts("start.new"))
+    chosen = {"template": "single", "name": ""}
+    heading("New case")
 
     def write() -> None:
         name = make_case(page, chosen["template"], chosen["name"])
-        ui.navigate.to(f"/{_TEMPLATES[chosen['template']]}?{urlencode({'case': name})}")
+        page_name = "site" if chosen["template"] == "workshop" else "round"
+        ui.navigate.to(f"/{page_name}?{urlencode({'case': name})}")
 
     def make() -> None:
         page.attempt(write)
 
-    options = {name: texts(f"template.{name}") for name in _TEMPLATES}
-    ui.radio(options, value="single", on_change=lambda event: chosen.update(template=event.value)).props("dense")
-    name = ui.input(texts("start.name"), on_change=lambda event: chosen.update(name=event.value or ""))
+    ui.radio(_TEMPLATES, value="single", on_change=lambda event: chosen.update(template=event.value)).props("dense")
+    name = ui.input("Name of the file", on_change=lambda event: chosen.update(name=event.value or ""))
     name.props("data-key=new-name").on("keydown.enter", make)
-    ui.button(texts("start.make"), on_click=make).props("id=make")
+    ui.button("Make the case", on_click=make).props("id=make")
 
 
 def make_case(page: CasePage, template: str, name: str) -> str:

@@ -32,9 +32,9 @@
     host = document.getElementById("site-map");
     if (!host) return false;
     if (host.firstChild) return true;
-    svg = make("svg", {role: "application", "aria-label": data.words.title}, host);
+    svg = make("svg", {role: "application", "aria-label": "Map of the site"}, host);
     const tools = host.appendChild(Object.assign(document.createElement("div"), {className: "tools"}));
-    for (const [sign, words, act] of [["+", data.words.zoom_in, () => { view.size /= 1.4; chosen = true; }], ["−", data.words.zoom_out, () => { view.size *= 1.4; chosen = true; }], ["⤢", data.words.show_all, fit]]) {
+    for (const [sign, words, act] of [["+", "Zoom in", () => { view.size /= 1.4; chosen = true; }], ["−", "Zoom out", () => { view.size *= 1.4; chosen = true; }], ["⤢", "Show all", fit]]) {
       const button = tools.appendChild(Object.assign(document.createElement("button"), {textContent: sign, type: "button"}));
       button.setAttribute("aria-label", words);
       button.addEventListener("click", () => { act(); draw(); });
@@ -90,8 +90,8 @@
   const send = handle => emitEvent("moved", [handle.path, handle.at[0], handle.at[1]]);
   function readout(at) {
     const away = [at[0] - data.origin[0], at[1] - data.origin[1]];
-    let turn = Math.atan2(away[1], away[0]) * 180 / Math.PI, word = data.words.azimuth;
-    if (data.north !== null) { turn = data.north - turn; word = data.words.bearing; }
+    let turn = Math.atan2(away[1], away[0]) * 180 / Math.PI, word = "azimuth";
+    if (data.north !== null) { turn = data.north - turn; word = "bearing"; }
     host.querySelector(".readout").textContent =
       `x ${at[0].toFixed(1)} m, y ${at[1].toFixed(1)} m · ${Math.hypot(...away).toFixed(1)} m, ${word} ${(((turn % 360) + 360) % 360).toFixed(1)}°`;
   }
@@ -143,7 +143,7 @@
     make("path", {d: `M12 ${foot - 5}v5h${bar * k}v-5`, fill: "none", stroke: "#1d2733", "stroke-width": 1.5}, svg);
     make("text", {x: 18 + bar * k, y: foot, "font-size": 11, fill: "#1d2733", style: "text-anchor:start"}, svg).textContent = `${bar} m`;
     if (data.north !== null) {
-      const g = make("g", {transform: `translate(${svg.clientWidth - 28} 34) rotate(${90 - data.north})`, "aria-label": data.words.north}, svg);
+      const g = make("g", {transform: `translate(${svg.clientWidth - 28} 34) rotate(${90 - data.north})`, "aria-label": "North"}, svg);
       make("path", {d: "M0 18V-10M-5-4L0-15L5-4Z", stroke: "#1d2733", "stroke-width": 2, fill: "#1d2733"}, g);
       make("text", {x: 0, y: -17, "font-size": 12, "font-weight": 700, fill: "#1d2733", "text-anchor": "middle"}, g).textContent = "N";
     }
