@@ -1,4 +1,4 @@
-"""Formatting of numbers: a practical value beside the SI value, and words for missing values."""
+"""Formatting of numbers: in practical units, and words for missing values."""
 
 from __future__ import annotations
 
@@ -15,23 +15,15 @@ _LADDERS: dict[str, tuple[tuple[float, str], ...]] = {
     "m": ((1.0, "m"), (1e-3, "mm"), (1e-6, "µm")),
     "s": ((60.0, "min"), (1.0, "s"), (1e-3, "ms"), (1e-6, "µs"), (1e-9, "ns")),
     "kg": ((1.0, "kg"), (1e-3, "g"), (1e-6, "mg")),
-    "Pa": ((1e9, "GPa"), (1e6, "MPa"), (1e3, "kPa"), (1.0, "Pa")),
-    "J": ((1e6, "MJ"), (1e3, "kJ"), (1.0, "J")),
-    "J/kg": ((1e6, "MJ/kg"), (1e3, "kJ/kg"), (1.0, "J/kg")),
-    "J/m^2": ((1e6, "MJ/m²"), (1e3, "kJ/m²"), (1.0, "J/m²")),
-    "J/m^3": ((1e9, "GJ/m³"), (1e6, "MJ/m³"), (1.0, "J/m³")),
-    "byte": ((1e9, "GB"), (1e6, "MB"), (1e3, "kB"), (1.0, "B")),
-    "rad": ((math.pi / 180.0, "°"),),
 }
 
 
 @dataclass(frozen=True)
 class Row:
-    """A line of a table: what it is, the value for reading and the same in SI."""
+    """A line of a table: what it is, and its value for reading."""
 
     name: str
     value: str
-    si: str = ""
     note: str = ""
 
 
@@ -56,51 +48,13 @@ def _minus(text: str) -> str:
     return text.replace("-", "−")
 
 
-def row(
-    name: str,
-    value: float | int | str | None,
-    unit: str = "",
-    note: str = "",
-    digits: int = 4,
-) -> Row:
-    """Table row of a value in SI.
-
-    Parameters
-    ----------
-    name : str
-        What the value is.
-    value : float, int, str or None
-        In SI; a string is shown as it is.
-    unit : str
-        SI unit; empty for a pure number. "%" shows a fraction in per cent.
-    note : str
-        Remark beside the value.
-    digits : int
-        Significant digits.
-    """
-    if isinstance(value, str) or value is None or (isinstance(value, float) and math.isnan(value)):
-        return Row(name, UNKNOWN if value is None or isinstance(value, float) else value, "", note)
-    if not unit:
-        return Row(name, number(value, digits), "", note)
-    if unit == "%":
-        return Row(name, f"{number(100.0 * value, digits)}{SPACE}%", number(value, digits), note)
-    shown, practical = _practical(float(value), unit) if unit in _LADDERS else (value, unit)
-    joint = "" if practical == "°" else SPACE
-    si = f"{number(value, digits)}{SPACE}{'B' if unit == 'byte' else unit}"
-    return Row(name, _powers(f"{number(shown, digits)}{joint}{practical}"), _powers(si), note)
-
-
-def _powers(text: str) -> str:
-    return text.replace("^", "").replace("m2", "m²").replace("m3", "m³")
-
-
-def _practical(value: float, unit: str) -> tuple[float, str]:
-    ladder = _LADDERS[unit]
-    if value == 0:
-        return 0.0, ladder[0][1] if unit != "s" else "s"
-    for factor, name in ladder:
-        minimum = 2.0 if name == "min" else 1.0  # 90 s reads better than 1.5 min
-        if abs(value) >= minimum * factor * (1 - 1e-12):
-            return value / factor, name
-    factor, name = ladder[-1]
-    return value / factor, name
+def with_unit(value: float, unit: str, digits: int = 4) -> str:
+    """A value in SI with its unit, or a practical one; "%" shows a fraction in per cent."""
+    if not unit or math.isnan(value):
+        return number(value, digits)
+    factor = 0.01 if unit == "%" else 1.0
+    for practical, name in _LADDERS.get(unit, ()):
+        factor, unit = practical, name
+        if abs(value) >= (2.0 if name == "min" else 1.0) * practical * (1 - 1e-12):  # 90 s reads better than 1.5 min
+            break
+    return f"{number(value / factor, digits)}{SPACE}{unit}"

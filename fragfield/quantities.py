@@ -5,13 +5,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from fragfield.numbers import SPACE, Row, row
+from fragfield.hazard.verdict import exposed_rounds, exposure_words
+from fragfield.numbers import SPACE, number, with_unit
 from fragfield.results.part import Out, Part, outputs, part_in, value_at
 from fragfield.results.summary import STAGE_OF, Summary
 from fragfield.results.words import rounded_metres, whole_metres
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Iterator, Mapping, Sequence
+
+    from fragfield.results.burst import Ignition
 
 
 @dataclass(frozen=True)
@@ -35,18 +38,11 @@ class Quantity(Out):
         """Its value in a summary; None where there is none."""
         return value_at(summary, self.path)
 
-    def row(self, value: Any, note: str = "") -> Row:  # noqa: ANN401 - a value of JSON
-        """A value with label, practical unit and SI, for a table."""
-        if self.rounding and value is not None:
-            written = whole_metres(value) if self.rounding == "up" else rounded_metres(value)
-            return Row(self.label, f"{written}{SPACE}{self.unit}", "", note)
-        return row(self.label, value, "%" if self.percent else self.unit, note, self.digits)
-
-    def rows(self, summary: Summary | Mapping[str, Any]) -> Iterator[Row]:
-        """The row of a summary; none where it has no value, or a zero of which nothing is to be said."""
-        value = self.of(summary)
-        if isinstance(value, (str, int, float)) and not (self.hide_zero and value == 0):
-            yield self.row(value)
+    def words(self, value: float) -> str:
+        """A value in a practical unit, for a table."""
+        if self.rounding:
+            return f"{whole_metres(value) if self.rounding == 'up' else rounded_metres(value)}{SPACE}{self.unit}"
+        return with_unit(value, "%" if self.percent else self.unit, self.digits)
 
 
 def column_of(name: str, unit: str) -> str:
@@ -86,3 +82,26 @@ def shown(view: str, *parts: str) -> list[Quantity]:
         one for one in QUANTITIES.values()
         if view in one.views and (not parts or one.path.rpartition(".")[0] in parts)
     ]  # fmt: skip
+
+
+def numbers_of(summary: Summary) -> Iterator[tuple[str, str, str]]:
+    """The main numbers by stage, as terminal and report list them: stage, what it is, and its value in words."""
+    for entry in shown("terminal"):
+        if (value := entry.of(summary)) is not None:
+            yield entry.stage, f"{entry.label[0].lower()}{entry.label[1:]}", entry.words(value)
+    rounds = () if summary.burst is None else summary.burst.rounds
+    for one in rounds if len(rounds) > 1 else ():
+        yield "burst", f"ignition of {one.name}", _initiated(one.ignition)
+    for name, exposure, initiated in exposed_rounds(rounds):
+        yield "burst", f"{name}, {'initiated' if initiated else 'not initiated'}", exposure_words(exposure)
+    for surface in summary.witness or ():
+        yield "witness", f"hits on {surface.name}", number(surface.hits)
+    for obstacle in summary.obstacle or ():
+        hits = f"{obstacle.hits:d}, hazardous {obstacle.hazardous_hits:d}, stopped {obstacle.stopped:d}"
+        yield "obstacle", f"hits on {obstacle.name}", hits
+
+
+def _initiated(ignition: Sequence[Ignition]) -> str:
+    if not ignition:
+        return "never initiated"
+    return f"{ignition[0].time * 1e6:.4g}{SPACE}µs{', by shock' if ignition[0].by == 'shock' else ''}"

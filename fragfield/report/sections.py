@@ -14,9 +14,9 @@ from fragfield.case.conversion.attitude import attitude_of, attitude_words
 from fragfield.case.conversion.surroundings import air_words, wind_words
 from fragfield.hazard.recommended import RULE
 from fragfield.hazard.to_apply import USES
-from fragfield.numbers import SPACE, UNKNOWN, Row, number, row
+from fragfield.numbers import SPACE, UNKNOWN, Row, number
 from fragfield.pipeline.grid_convergence import KINDS
-from fragfield.quantities import shown
+from fragfield.quantities import numbers_of, shown
 from fragfield.report import evidence, statements
 from fragfield.report.figures.site import site_shapes
 from fragfield.report.findings import counted_groups, findings
@@ -136,7 +136,8 @@ def _what_was_computed(run: StoredRun) -> Iterator[Row]:
     yield Row("Criterion", f"{criteria.energy:.3g} J, 1 per {1.0 / criteria.density:.1f} m²")
     if case.burst is not None and run.fragments_file is None:
         size = f"{number(1e3 * case.burst.cell_size, 3)} mm"
-        yield Row("Cell size", f"{size}; grid convergence: {case.burst.convergence}")
+        geometry = f", {run.summary.burst.geometry}" if run.summary.burst else ""
+        yield Row("Cell size", f"{size}{geometry}; grid convergence: {case.burst.convergence}")
     if hazard is not None:
         yield Row("Realisations", number(hazard.realisations))
 
@@ -357,30 +358,15 @@ def _rules(run: StoredRun) -> dict[str, Any] | None:
 
 @section("numbers", "Numbers of the run", annex=True)
 def _numbers(run: StoredRun) -> dict[str, Any] | None:
-    """What the catalogue marks for a report, by stage; all else is in summary.json and the tables of the run."""
-    numbers = {f"Numbers of the {title}": numbers_of(run, stage) for stage, title in _STAGES.items()}
-    rounds = run.summary.burst.rounds if run.summary.burst else ()
-    return {"numbers": numbers, "rounds": rounds} if any(numbers.values()) else None
-
-
-_STAGES = {"burst": "burst", "break-up": "break-up", "fly": "flight"}
-
-
-def numbers_of(run: StoredRun, stage: str) -> list[Row]:
-    """What the catalogue lists of a stage in a report."""
-    rows = [line for one in shown("report") if one.stage == stage for line in one.rows(run.summary)]
-    if stage == "fly":
-        rows += [row(f"Hits on “{one.name}”", one.hits) for one in run.summary.witness or ()]
-        rows += [
-            row(
-                f"Hits on {one.kind} “{one.name}”",
-                one.hits,
-                "",
-                f"hazardous {one.hazardous_hits}, stopped {one.stopped}",
-            )
-            for one in run.summary.obstacle or ()
-        ]
-    return rows
+    """Those that the terminal lists; all else is in summary.json and the tables of the run."""
+    recovered = run.summary.flight.recovered if run.summary.flight else None
+    if not (numbers := [*numbers_of(run.summary)]):
+        return None
+    return {
+        "numbers": numbers,
+        "rounds": run.summary.burst.rounds if run.summary.burst else (),
+        "note": recovered.words if recovered else "",
+    }
 
 
 @section("validation", "Validation of this version", annex=True)

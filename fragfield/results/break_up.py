@@ -93,11 +93,11 @@ class BrokenRound(Part):
 class BreakUp(Part):
     """The break-up, first realisation but for `realisations`."""
 
-    fragments: int = out("Fragments", views="terminal report compare sweep uncertainty")
-    mass: float = out("Mass of the fragments", "kg", views="terminal report")
-    mass_error: float = out("Mass against the casing", views="report", percent=True, digits=2)
-    momentum_error: float = out("Momentum against the burst", views="report", percent=True, digits=2)
-    energy_error: float = out("Kinetic energy against the burst", views="report", percent=True, digits=2)
+    fragments: int = out("Fragments", views="terminal compare sweep uncertainty")
+    mass: float = out("Mass of the fragments", "kg", views="terminal")
+    mass_error: float = out("Mass against the casing")
+    momentum_error: float = out("Momentum against the burst")
+    energy_error: float = out("Kinetic energy against the burst")
     mean_mass: MeanMass
     tilt_deviation: float = out("Standard deviation of the tilt", "rad")
     rounds: tuple[BrokenRound, ...] = out("By round")

@@ -42,7 +42,7 @@ class ComputedPart(Part):
     planes: tuple[SymmetryPlane, ...] = out("Planes of symmetry used")
     computed_rounds: tuple[ComputedRound, ...] = out("Rounds computed, whole or in part")
     image_rounds: tuple[ImageRound, ...] = out("Rounds that are images of computed ones")
-    share: float = out("Fraction of the arrangement that was computed", views="report", percent=True)
+    share: float = out("Fraction of the arrangement that was computed")
     not_used: tuple[UnusedPlane, ...] = out("Planes that the positions alone would allow")
 
 
@@ -55,14 +55,12 @@ class Symmetry(ComputedPart):
 class SpeedQuantiles(Part):
     """Speeds that a percentage of the mass of a casing does not exceed."""
 
-    speed_90: float = out(
-        "Speed not exceeded by 90 % of the casings' mass", "m/s", name="speed_90", views="report", key="90"
-    )
+    speed_90: float = out("Speed not exceeded by 90 % of the casings' mass", "m/s", name="speed_90", key="90")
     speed_99: float = out(
         "Speed not exceeded by 99 % of the casings' mass",
         "m/s",
         name="speed_99",
-        views="terminal report compare sweep convergence uncertainty",
+        views="terminal compare sweep convergence uncertainty",
         key="99",
     )
 
@@ -72,45 +70,33 @@ class PassedThrough(Part):
 
     beyond_planes: float = out("Behind planes at the end", "kg")
     in_other_rounds: float = out("Within other rounds at the end", "kg")
-    largest_beyond_planes: float = out("Largest mass of casings beyond planes", "kg", views="report", hide_zero=True)
-    largest_in_other_rounds: float = out(
-        "Largest mass of casings within other rounds", "kg", views="report", hide_zero=True
-    )
+    largest_beyond_planes: float = out("Largest mass of casings beyond planes", "kg")
+    largest_in_other_rounds: float = out("Largest mass of casings within other rounds", "kg")
     largest_together: float = out("Largest of all outputs, both together", "kg")
-    deepest_beyond_plane: float = out(
-        "Deepest node of a casing beyond a plane, at the outputs", "m", views="report", hide_zero=True
-    )
+    deepest_beyond_plane: float = out("Deepest node of a casing beyond a plane, at the outputs", "m")
 
 
 class BurstContact(Part):
     """Contact of charges and casings, and between surfaces."""
 
-    bonded: int = out("Contacts of charge and casing: bonded", views="report")
-    touching: int = out("– pressing and sliding", views="report")
-    off_surface: int = out("– that have slid off an edge", views="report")
-    spring_energy: float = out("Energy in the springs of contact", "J", views="report", hide_zero=True)
-    friction_heat: float = out("Heat of friction", "J", views="report", hide_zero=True)
-    work: float = out("Work of contact's forces on charges and casings", "J", views="report", hide_zero=True)
+    bonded: int = out("Contacts of charge and casing: bonded")
+    touching: int = out("– pressing and sliding")
+    off_surface: int = out("– that have slid off an edge")
+    spring_energy: float = out("Energy in the springs of contact", "J")
+    friction_heat: float = out("Heat of friction", "J")
+    work: float = out("Work of contact's forces on charges and casings", "J")
     gain: float = out(
-        "Energy that contact has made (lost: negative)",
-        "J",
-        note="Work, springs and friction add up to it",
-        views="report",
-        hide_zero=True,
+        "Energy that contact has made (lost: negative)", "J", note="Work, springs and friction add up to it"
     )
-    max_interface_penetration_at_front: float = out(
-        "Largest overlap of charge and casing, while a front passes", "m", views="report", hide_zero=True
-    )
-    max_interface_penetration: float = out("– afterwards", "m", views="report", hide_zero=True)
-    max_collision_penetration: float = out("Largest overlap of colliding surfaces", "m", views="report", hide_zero=True)
-    max_plane_penetration: float = out("Largest overlap with a plane", "m", views="report", hide_zero=True)
+    max_interface_penetration_at_front: float = out("Largest overlap of charge and casing, while a front passes", "m")
+    max_interface_penetration: float = out("– afterwards", "m")
+    max_collision_penetration: float = out("Largest overlap of colliding surfaces", "m")
+    max_plane_penetration: float = out("Largest overlap with a plane", "m")
     max_interior_collision_penetration: float = out(
-        "Deepest interior node of a casing behind another round's surface", "m", views="report", hide_zero=True
+        "Deepest interior node of a casing behind another round's surface", "m"
     )
-    max_interior_plane_penetration: float = out(
-        "Deepest interior node of a casing behind a plane", "m", views="report", hide_zero=True
-    )
-    searches: int = out("Searches for colliding surfaces", views="report", hide_zero=True)
+    max_interior_plane_penetration: float = out("Deepest interior node of a casing behind a plane", "m")
+    searches: int = out("Searches for colliding surfaces")
 
 
 class Ignition(Part):
@@ -156,69 +142,57 @@ class BurstRound(Part):
 class Burst(Part):
     """The burst; masses, energies, counts but `cells` and `nodes` are those of the whole arrangement with images."""
 
-    geometry: Literal["3d", "axisymmetric"] = out("Geometry in which the burst was computed", views="report")
-    geometry_reason: str = out("Why this geometry", views="report")
-    cells: int = out("Cells computed", views="terminal sweep report")
-    nodes: int = out("Nodes computed", views="report")
-    min_scaled_jacobian: float = out(
-        "Smallest scaled Jacobian at rest", note="1 is a box; the aim is 0.2 or more", views="report", digits=3
-    )
-    max_aspect_ratio: float = out("Largest aspect ratio at rest", views="report", digits=3)
+    geometry: Literal["3d", "axisymmetric"] = out("Geometry in which the burst was computed")
+    geometry_reason: str = out("Why this geometry")
+    cells: int = out("Cells computed", views="terminal sweep")
+    nodes: int = out("Nodes computed")
+    min_scaled_jacobian: float = out("Smallest scaled Jacobian at rest", note="1 is a box; the aim is 0.2 or more")
+    max_aspect_ratio: float = out("Largest aspect ratio at rest")
     min_edge: float = out("Shortest edge at rest", "m")
     symmetry: Symmetry
-    end_time: float = out("End of the burst", "s", views="terminal report")
-    acceleration_complete: float | None = out(
-        "Acceleration complete at", "s", note="Null where it was not", views="report"
-    )
+    end_time: float = out("End of the burst", "s", views="terminal")
+    acceleration_complete: float | None = out("Acceleration complete at", "s", note="Null where it was not")
     mean_initial_speed: float = out(
-        "Mean initial speed, by mass", "m/s", views="terminal report compare sweep convergence uncertainty"
+        "Mean initial speed, by mass", "m/s", views="terminal compare sweep convergence uncertainty"
     )
     speed_quantiles: SpeedQuantiles = out("Speeds that 90 and 99 % of the casing's mass do not exceed")
     max_initial_speed: float = out(
         "Largest initial speed, mean of a cell",
         "m/s",
         note="Of ever less mass as cells get smaller, so that it need not converge",
-        views="terminal report compare sweep convergence",
+        views="terminal compare sweep convergence",
     )
-    outer_diameter: float = out("Outer diameter at the end", "m", views="terminal report compare sweep convergence")
-    casing_mass: float = out("Mass of the casings", "kg", views="report compare")
-    charge_mass: float = out("Mass of the charges", "kg", views="report compare")
+    outer_diameter: float = out("Outer diameter at the end", "m", views="terminal compare sweep convergence")
+    casing_mass: float = out("Mass of the casings", "kg", views="compare")
+    charge_mass: float = out("Mass of the charges", "kg", views="compare")
     acceleration_left: float | None = out(
         "Kinetic energy still to come at the end, by its asymptote",
         note="Initial speeds hold it where the burst ended by itself",
-        views="report",
-        percent=True,
     )
-    mean_speed_at_end: float = out("Mean speed at the end of the burst, by mass", "m/s", views="report compare")
-    products_balance: float = out(
-        "Work done and energy left in the products, over heat of detonation", views="report", percent=True
-    )
+    mean_speed_at_end: float = out("Mean speed at the end of the burst, by mass", "m/s", views="compare")
+    products_balance: float = out("Work done and energy left in the products, over heat of detonation")
     energy_error: float = out("Largest imbalance of the energy ledger", views="terminal sweep", percent=True, digits=2)
     lost_cells: int = out("Lost cells", views="terminal sweep")
-    folded_cells: int = out("Cells folded at the end, torn metal apart", views="report")
+    folded_cells: int = out("Cells folded at the end, torn metal apart")
     folded_casing_mass: float = out("Mass of the casing in them", "kg")
-    released_cells: int = out("Cells of torn metal and crushed products at the end", views="report")
+    released_cells: int = out("Cells of torn metal and crushed products at the end")
     released_casing_mass: float = out("Mass of the casing in them", "kg")
     passed_through: PassedThrough
     energy_error_at_checks: float = out("The same at multiples of 10 us alone")
     energy_error_at_end: float = out("The same at the end, without what contact makes")
     contact_error: float = out("Largest energy that contact has made or lost, over the work done")
     contact_error_at_end: float = out("The same at the end; warned above 1 %, a stop above `burst.energy_tolerance`")
-    momentum_error: float = out("Drift of momentum", views="report sweep")
-    max_penetration: float | None = out(
-        "Largest overlap in contact", "m", note="Null without contact", views="report", hide_zero=True
-    )
+    momentum_error: float = out("Drift of momentum", views="sweep")
+    max_penetration: float | None = out("Largest overlap in contact", "m", note="Null without contact")
     contact: BurstContact
-    cell_size: float = out("Cell size", "m", views="report")
+    cell_size: float = out("Cell size", "m")
     steps: int = out(
-        "Steps (the longest)",
-        note="The longest ones where cells have steps of their own",
-        views="terminal report sweep",
+        "Steps (the longest)", note="The longest ones where cells have steps of their own", views="terminal sweep"
     )
-    cell_steps: int = out("Steps of cells", views="report")
-    ranks: int = out("Ranks", views="report")
-    threads: int = out("Threads a rank", views="report")
-    wall_seconds: float = out("Wall time", "s", views="terminal report")
-    seconds_per_cell_step: float = out("Time per cell and step", "s", views="report")
-    peak_memory_bytes: int = out("Largest memory", "byte", views="report")
+    cell_steps: int = out("Steps of cells")
+    ranks: int = out("Ranks")
+    threads: int = out("Threads a rank")
+    wall_seconds: float = out("Wall time", "s", views="terminal")
+    seconds_per_cell_step: float = out("Time per cell and step", "s")
+    peak_memory_bytes: int = out("Largest memory", "byte")
     rounds: tuple[BurstRound, ...] = out("By round, images too")

@@ -32,15 +32,15 @@ class Out:
     unit : str
         In SI; empty for a pure number.
     views : tuple of str
-        Where it is listed: "terminal", "report", "compare", "sweep", "convergence", "uncertainty".
+        Where it is listed: "terminal" (with the report), "compare", "sweep", "convergence", "uncertainty".
     name : str
         Its column in tables of studies, where the key alone would not do.
     rounding : str
         Of a distance in whole metres: "up" where larger is safer, "nearest" for others.
     digits : int
         Significant digits of any other value.
-    percent, hide_zero : bool
-        A fraction that is shown in per cent; of a zero nothing is said.
+    percent : bool
+        A fraction that is shown in per cent.
     error : str
         Path of its standard error.
     key : str
@@ -55,7 +55,6 @@ class Out:
     rounding: str = ""
     digits: int = 4
     percent: bool = False
-    hide_zero: bool = False
     error: str = ""
     key: str = ""
 

@@ -12,10 +12,10 @@ from rich.table import Table
 from fragfield.case.conversion.attitude import attitude_words
 from fragfield.case.conversion.surroundings import direction_words
 from fragfield.hazard.contents import quantity_words
-from fragfield.hazard.verdict import criterion_words, exposed_rounds, exposure_words, part_text
-from fragfield.numbers import SPACE, number, row
+from fragfield.hazard.verdict import criterion_words, part_text
+from fragfield.numbers import with_unit
 from fragfield.pipeline.grid_convergence import KINDS
-from fragfield.quantities import shown
+from fragfield.quantities import numbers_of, shown
 from fragfield.results.summary import Summary, read_summary
 from fragfield.results.words import (
     basis_words,
@@ -31,9 +31,8 @@ from fragfield.results.words import (
 from fragfield.terminal.progress import duration
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
+    from collections.abc import Iterator, Mapping
 
-    from fragfield.results.burst import Ignition
     from fragfield.results.convergence import Convergence
     from fragfield.results.hazard import Hazard
     from fragfield.results.rules import Tp12
@@ -90,20 +89,8 @@ def print_summary(summary: Summary, directory: str = "", file: TextIO | None = N
 
 def _parts(summary: Summary) -> Iterator[str | Table]:
     table = Table(title=summary.title, title_justify="left", box=None, show_header=False, pad_edge=False)
-    for entry in shown("terminal"):
-        for found in entry.rows(summary):
-            table.add_row(entry.stage, f"{found.name[0].lower()}{found.name[1:]}", found.value)
-    rounds = () if summary.burst is None else summary.burst.rounds
-    for one in rounds if len(rounds) > 1 else ():
-        table.add_row("burst", f"ignition of {one.name}", _initiated(one.ignition))
-    for name, exposure, initiated in exposed_rounds(rounds):
-        label = "initiated" if initiated else "not initiated"
-        table.add_row("burst", f"{name}, {label}", exposure_words(exposure))
-    for surface in summary.witness or ():
-        table.add_row("witness", f"hits on {surface.name}", number(surface.hits))
-    for obstacle in summary.obstacle or ():
-        hits = f"{obstacle.hits:d}, hazardous {obstacle.hazardous_hits:d}, stopped {obstacle.stopped:d}"
-        table.add_row("obstacle", f"hits on {obstacle.name}", hits)
+    for line in numbers_of(summary):
+        table.add_row(*line)
     yield table
     if summary.flight is not None and summary.flight.recovered is not None:
         yield summary.flight.recovered.words
@@ -130,12 +117,6 @@ def _exposed_words(site: ExposedSite) -> str:
     return f"{verdict}, {rounded_metres(site.distance)} m, {where}{margin}"
 
 
-def _initiated(ignition: Sequence[Ignition]) -> str:
-    if not ignition:
-        return "never initiated"
-    return f"{ignition[0].time * 1e6:.4g}{SPACE}µs{', by shock' if ignition[0].by == 'shock' else ''}"
-
-
 def convergence_words(part: Convergence) -> list[str]:
     """One line of text on grid convergence; none where no other size was computed."""
     if not part.sizes:
@@ -146,7 +127,7 @@ def convergence_words(part: Convergence) -> list[str]:
         if entry is None or entry.uncertainty is None:
             continue
         order = f"order {entry.order:.2g}" if entry.order is not None else KINDS[entry.kind]
-        width = row("", entry.uncertainty, one.unit, digits=2).value
+        width = with_unit(entry.uncertainty, one.unit, 2)
         words.append(f"{one.label[0].lower()}{one.label[1:]} ± {width}, {order}")
     sizes = ", ".join(f"{1e3 * size:.3g}" for size in part.sizes)
     return [f"uncertainty by the cells ({sizes} mm): {'; '.join(words)}"] if words else []

@@ -14,12 +14,11 @@ import fragfield
 from docs.hooks.reference import summary_reference
 from fragfield.case import CaseTable
 from fragfield.interface.results import Run
-from fragfield.numbers import _LADDERS, UNKNOWN, number, row
-from fragfield.quantities import QUANTITIES, quantity, shown
+from fragfield.numbers import _LADDERS, UNKNOWN, number, with_unit
+from fragfield.quantities import QUANTITIES, numbers_of, quantity, shown
 from fragfield.report.assemble import code_words
 from fragfield.report.figures.fragments import number_above
 from fragfield.report.findings import findings
-from fragfield.report.sections import numbers_of
 from fragfield.results.summary import Summary
 from fragfield.results.words import margin_metres, metres, metres_and_error, whole_metres
 from fragfield.studies.sweep import results_of
@@ -42,23 +41,20 @@ def test_numbers_keep_four_digits(value, text):
 
 
 @pytest.mark.parametrize(
-    ("value", "unit", "shown", "si"),
+    ("value", "unit", "shown"),
     [
-        (0.155, "m", "155 mm", "0.1550 m"), (7.62, "m", "7.620 m", "7.620 m"), (1.2e-4, "s", "120.0 µs", "0.0001200 s"),
-        (0.0149, "kg", "14.90 g", "0.01490 kg"), (0.0031, "%", "0.3100 %", "0.003100"), (79.0, "J", "79 J", "79 J"),
-        (math.pi / 2, "rad", "90°", "1.571 rad"), (310e6, "byte", "310 MB", "3.100 × 10⁸ B"), (17, "", "17", ""),
+        (0.155, "m", "155 mm"), (7.62, "m", "7.620 m"), (1.2e-4, "s", "120.0 µs"), (80.0, "s", "80 s"),
+        (0.0149, "kg", "14.90 g"), (0.0031, "%", "0.3100 %"), (79.0, "m/s", "79 m/s"), (17, "", "17"),
     ],
 )  # fmt: skip
-def test_practical_values_stand_beside_si(value, unit, shown, si):
-    found = row("x", value, unit)
-    plain = str.maketrans({"\u00a0": " ", "\u202f": " "})
-    assert (found.value.translate(plain), found.si.translate(plain)) == (shown, si)
+def test_values_are_shown_in_practical_units(value, unit, shown):
+    assert with_unit(value, unit).translate(str.maketrans({"\u00a0": " ", "\u202f": " "})) == shown
 
 
 @pytest.mark.parametrize("si", _LADDERS)
 def test_practical_units_are_those_that_they_are_called(si):
     for power in range(-9, 13):
-        text = row("x", 1.5 * 10.0**power, si).value
+        text = with_unit(1.5 * 10.0**power, si)
         if "×" not in text:
             value, unit = re.fullmatch(r"([\d.,]+)\s?(\D.*)", text).groups()
             found = float(value.replace(",", "")) * UNITS(unit.replace("°", "degree"))
@@ -240,18 +236,18 @@ def test_an_unknown_path_is_refused_with_the_nearest():
 
 
 def test_distances_are_rounded_up_where_they_are_to_be_kept():
-    assert quantity("hazard.recommended").row(81.2).value == "82\u00a0m"
-    assert quantity("hazard.largest_throw").row(81.2).value == "81\u00a0m"
+    assert quantity("hazard.recommended").words(81.2) == "82\u00a0m"
+    assert quantity("hazard.largest_throw").words(81.2) == "81\u00a0m"
 
 
 def test_a_view_lists_an_output_by_its_mark_alone(reported_pair, monkeypatch):
-    views = ("terminal", "report", "sweep", "compare", "convergence")
+    views = ("terminal", "sweep", "compare", "convergence")
     new = replace(quantity("burst.min_edge"), label="Shortest edge of all", views=views)
     monkeypatch.setitem(QUANTITIES, new.path, new)
     run = Run(reported_pair)
     value = run.summary.burst.min_edge
     assert "shortest edge of all" in summary_text(run.summary)
-    assert [row.si for row in numbers_of(run, "burst") if row.name == "Shortest edge of all"] == [new.row(value).si]
+    assert ("burst", "shortest edge of all", new.words(value)) in [*numbers_of(run.summary)]
     assert results_of(run.summary)["min_edge"] == value
     assert "| `min_edge` | m | Shortest edge of all |" in summary_reference()
     assert new in shown("convergence")
