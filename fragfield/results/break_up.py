@@ -47,17 +47,6 @@ class MeanMass(Part):
     test: FragmentTest | None = None
 
 
-class DirectionShares(Part):
-    """Distributions of directions by mass."""
-
-    polar_deg: tuple[float, ...] = out("Centres of the polar zones from the nose", "deg")
-    polar_fragments: tuple[float, ...] = out("Fraction of the mass of the fragments")
-    polar_cells: tuple[float, ...] = out("Fraction of the mass of the cells")
-    azimuth_deg: tuple[float, ...] = out("Centres of the sectors", "deg")
-    azimuth_fragments: tuple[float, ...] = out("Fraction of the mass of the fragments")
-    azimuth_cells: tuple[float, ...] = out("Fraction of the mass of the cells")
-
-
 class MottPart(Part):
     """A part of the law of a segment."""
 
@@ -86,7 +75,6 @@ class BrokenRound(Part):
     mirror_of: str | None = out("Round of which it is the image")
     fragments: int = out("Fragments")
     mass: float = out("Mass", "kg")
-    directions: DirectionShares
     segments: tuple[Segment, ...] = out("By segment")
 
 

@@ -327,19 +327,7 @@ def _break_up(folder: Path, fragments: dict[str, np.ndarray], names: list[str]) 
     return {
         "fragments": len(fragments["mass"]), "mass": float(fragments["mass"].sum()), "mass_error": 1e-13,
         "momentum_error": 3e-4, "energy_error": 0.012,
-        "rounds": [{"name": name, "segments": segments, "directions": _directions()} for name in names],
-    }  # fmt: skip
-
-
-def _directions() -> dict[str, list[float]]:
-    """Shares of mass by direction: all around alike, and about the equator."""
-    polar, azimuth = np.arange(2.5, 180.0, 5.0), np.arange(0.0, 360.0, 5.0)
-    share = np.exp(-(((polar - 85.0) / 12.0) ** 2))
-    share /= share.sum()
-    around = np.full(72, 1.0 / 72.0)
-    return {
-        "polar_deg": polar.tolist(), "polar_fragments": np.roll(share, 1).tolist(), "polar_cells": share.tolist(),
-        "azimuth_deg": azimuth.tolist(), "azimuth_fragments": around.tolist(), "azimuth_cells": around.tolist(),
+        "rounds": [{"name": name, "segments": segments} for name in names],
     }  # fmt: skip
 
 

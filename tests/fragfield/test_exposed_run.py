@@ -140,7 +140,6 @@ def test_report_has_the_places_on_its_first_page_and_the_document_on_every_page(
     assert ">A. Bee<" in first
     assert "Bank moved." in html
     assert 'id="figure-site_map"' in html
-    assert 'id="figure-exposed_sites"' in html
     assert "modified NDRC" in html
     assert 'href="map.html"' in html
 

@@ -137,8 +137,8 @@ def test_figures_are_the_reports(done, tmp_path):
     words = r'found .density. \(did you mean "density_curve"\?\); allowed: .*speed_along_round, '
     with pytest.raises(fragfield.InputError, match=words):
         run.figure("density")
-    with pytest.raises(fragfield.InputError, match="holds no data for the figure exposed_sites"):
-        run.figure("exposed_sites")
+    with pytest.raises(fragfield.InputError, match="holds no data for the figure site_map"):
+        run.figure("site_map")
 
 
 def test_progress_is_reported(done):

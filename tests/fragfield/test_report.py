@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 SHOWN = [
-    "drawing_1", "plan", "elevation", "density_curve", "landing_map", "polar_by_sector", "number_by_mass", "directions",
+    "drawing_1", "plan", "elevation", "density_curve", "landing_map", "polar_by_sector", "number_by_mass",
     "picture_of_fragments", "speed_along_round", "casing_over_time", "picture_of_burst", "energy_ledger",
 ]  # fmt: skip
 BODY = ["decision", "rounds", "hazard", "warnings", "fragments", "speeds", "convergence"]
@@ -149,7 +149,7 @@ def test_missing_stages_are_said(tmp_path, stages, missing):
 
 @pytest.mark.parametrize("stages", [0, 1, 2])
 def test_figures_without_data_are_left_out(tmp_path, stages):
-    of_stage = {"density_curve": 3, "landing_map": 3, "polar_by_sector": 3, "number_by_mass": 2, "directions": 2,
+    of_stage = {"density_curve": 3, "landing_map": 3, "polar_by_sector": 3, "number_by_mass": 2,
                 "picture_of_fragments": 2,
                 "speed_along_round": 1, "casing_over_time": 1, "picture_of_burst": 1, "energy_ledger": 1}  # fmt: skip
     write_report(write_run(tmp_path / "run", stages=stages))

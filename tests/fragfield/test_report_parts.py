@@ -17,7 +17,7 @@ from fragfield.interface.results import Run
 from fragfield.numbers import _LADDERS, UNKNOWN, number, with_unit
 from fragfield.quantities import QUANTITIES, numbers_of, quantity, shown
 from fragfield.report.assemble import code_words
-from fragfield.report.figures.fragments import number_above
+from fragfield.report.figures.burst import number_above
 from fragfield.report.findings import findings
 from fragfield.results.summary import Summary
 from fragfield.results.words import margin_metres, metres, metres_and_error, whole_metres

@@ -69,7 +69,7 @@ def test_the_run_has_a_section_and_a_card(folder):
     for words in (
         "Parts of the recommended distance", "Share of each input in the variance of the distance",
         "heat of detonation",         "Uncertain inputs and their sources", "judgement", "figure-uncertainty_tornado",
-        "figure-uncertainty_distribution", "figure-uncertainty_sites", "number of samples",
+        "figure-uncertainty_distribution", "Exposed sites over the inputs", "number of samples",
         "2 samples gave no distance", "sample 3: exit code 3: cell 7 is &lt;lost&gt;", "&lt;gate&gt;",
     ):  # fmt: skip
         assert words in text, words

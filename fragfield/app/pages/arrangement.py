@@ -11,7 +11,7 @@ from fragfield.app.forms import entries_form, form
 from fragfield.app.page import PAGES, box, facts, fold, heading, html, note
 from fragfield.app.pages.run import checked, kilograms
 from fragfield.numbers import number
-from fragfield.report.figures.arrangement import plan_svg
+from fragfield.report.figures.rounds import plan_svg
 from fragfield.results.part import to_json
 
 if TYPE_CHECKING:

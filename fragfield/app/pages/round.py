@@ -17,9 +17,10 @@ from burst_fenicsx.problem import Round
 from fragfield.app.contour import ContourTable, from_case, to_case
 from fragfield.app.forms import field_input, files_in, form, keep_file, upload
 from fragfield.app.page import Raw, act, box, choose, facts, fold, heading, html, note
+from fragfield.case.conversion.rounds import masses_of
 from fragfield.errors import InputError
 from fragfield.numbers import number
-from fragfield.report.figures.rounds import round_facts, round_svg
+from fragfield.report.figures.rounds import centre_of_mass, round_svg
 from fragfield_base.units import UnitError, read_measure
 
 if TYPE_CHECKING:
@@ -28,7 +29,6 @@ if TYPE_CHECKING:
 
     from fragfield.app.document import CaseDocument
     from fragfield.app.page import CasePage
-    from fragfield.report.figures.rounds import RoundFacts
 
 
 _DRAWINGS = (".dxf", ".csv", ".xlsx", ".ods")
@@ -276,10 +276,9 @@ class _RoundEditor:
             self.facts.set_content(f'<p class="fault" role="alert">{escape(str(error))}</p>')
             return
         self.picture.classes(remove="stale")
-        numbers = round_facts(item)
-        pictures = (round_svg(item, numbers.centre, narrow=narrow) for narrow in (False, True))
-        self.picture.set_content("".join(pictures))
-        self.facts.set_content(_facts_table(numbers, self._expected()))
+        centre = centre_of_mass(item)
+        self.picture.set_content(round_svg(item, centre))
+        self.facts.set_content(_facts_table(item, centre, self._expected()))
         used = (item.explosive, item.casing)
         self.sources.set_text(" ".join(f"{one.name}: {one.source}" for one in used if one.source))
 
@@ -296,18 +295,20 @@ class _RoundEditor:
         return found
 
 
-def _facts_table(found: RoundFacts, expected: dict[str, float]) -> str:
+def _facts_table(item: Round, centre: float, expected: dict[str, float]) -> str:
+    found, profile = masses_of(item), item.profile
+    assert profile is not None
     masses = {"casing": found.casing, "charge": found.charge, "fuze": found.fuze, "whole round": found.whole}
     rows = [
         (name.capitalize(), f"{number(mass, 4)} kg", _difference(mass, expected.get(name)))
         for name, mass in masses.items()
     ]
-    size = f"{number(1e3 * found.length, 4)} × ⌀ {number(1e3 * found.diameter, 4)} mm"
+    size = f"{number(1e3 * profile.length, 4)} × ⌀ {number(2e3 * profile.max_radius, 4)} mm"
     return facts([
         *rows,
         ("Charge / casing (C/M)", number(found.ratio, 4), ""),
-        ("Fuze density", f"{number(found.fuze_density, 4)} kg/m³" if found.fuze_density else "–", ""),
-        ("Centre of mass", f"{number(1e3 * found.centre, 4)} mm", "from the nose"),
+        ("Fuze density", f"{number(profile.fuze_density, 4)} kg/m³" if profile.fuze_density else "–", ""),
+        ("Centre of mass", f"{number(1e3 * centre, 4)} mm", "from the nose"),
         ("Length and diameter", size, ""),
     ])  # fmt: skip
 

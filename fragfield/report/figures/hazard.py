@@ -1,4 +1,4 @@
-"""Figures of the hazard: landing points, the density in the direction that decides, fragments around the rounds."""
+"""Figures of the hazard: landing points, density, fragments around the rounds; and what inputs do to the distance."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fragfield.case.conversion.surroundings import bearing_of, direction_words
-from fragfield.report.figures.drawing import ACCENT, COLOURS, GREY, INK, LINES, figure, new_figure
+from fragfield.report.figures.drawing import ACCENT, COLOURS, GREY, INK, LINES, figure, new_figure, plain_name
 from fragfield.results.words import metres
 
 if TYPE_CHECKING:
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 
 _SHADE = 0.28  # of a band's colour: seen on paper, and two on each other still distinguished
+_LIGHT = "#9db7cf"
 _NOTHING = 1e-12  # of a logarithmic axis
 _HATCHES = ("", "////")
 _BESIDE = 1.6  # of the largest distance that the curve marks, up to which it is shown
@@ -209,4 +210,47 @@ def _attitude_figure(run: StoredRun) -> Figure | None:
     axis.set_xticks(range(0, 181, 30))
     axis.set_ylim(bottom=0.0)
     axis.legend(loc="upper center", bbox_to_anchor=(0.5, -0.18))
+    return figure
+
+
+@figure(
+    "uncertainty_distribution", "Distribution of the expected distance",
+    "Share of the samples whose distance is not larger, statistical errors of the samples taken out; uprights: 5, 50 "
+    "and 95 %, the distance of the run itself, and the recommended one.",
+)  # fmt: skip
+def _distribution_figure(run: StoredRun) -> Figure | None:
+    if run.study is None or (entry := run.study.distance) is None or (hazard := run.study.hazard) is None:
+        return None
+    figure, (axis,) = new_figure(height=3.0)
+    curve, spread = entry.curve, entry.spread
+    axis.plot(curve.value, [100.0 * level for level in curve.level], **LINES[0])
+    for value, level in ((spread.low, 5), (spread.median, 50), (spread.high, 95)):
+        axis.plot([value] * 2, [0, level], color=GREY, linewidth=0.8)
+        axis.plot(value, level, "o", color=INK, markersize=3.5)
+    axis.axvline(hazard.parts.expected or 0.0, color=GREY, linestyle=":", linewidth=1.2, label="the run itself")
+    axis.axvline(hazard.recommended or 0.0, color=ACCENT, linewidth=1.4, label="recommended")
+    axis.set(xlabel="Expected distance (m)", ylabel="Samples (%)", ylim=(0, 100))
+    axis.legend(loc="upper left")
+    return figure
+
+
+@figure(
+    "uncertainty_tornado", "Effect of each input on the expected distance",
+    "Mean distance with one input at 5 % and at 95 % of its own distribution (for discrete inputs over all steps), by "
+    "linear regression. Light: the input at its low end.",
+)  # fmt: skip
+def _tornado_figure(run: StoredRun) -> Figure | None:
+    if run.study is None or (entry := run.study.distance) is None or not entry.tornado:
+        return None
+    rows = sorted(entry.tornado, key=lambda one: abs(one.high - one.low))
+    height = 0.9 + 0.27 * len(rows)
+    figure, (axis,) = new_figure(height=height)
+    mean = entry.spread.mean
+    for place, row in enumerate(rows):
+        for value, colour in ((row.low, _LIGHT), (row.high, COLOURS[0])):
+            axis.barh(place, value - mean, left=mean, height=0.62, color=colour)
+    axis.axvline(mean, color=INK, linewidth=0.8)
+    axis.set_yticks(range(len(rows)), [plain_name(row.name) for row in rows])
+    axis.set(xlabel="Expected distance (m)")
+    axis.grid(visible=False, axis="y")
     return figure

@@ -1,21 +1,23 @@
-"""Dimensioned drawing of a round as SVG, quick enough to follow what is typed."""
+"""Rounds as SVG, quick enough to follow what is typed: dimensioned drawings, plan and elevation of where they stand."""
 
 from __future__ import annotations
 
 from functools import partial
 from html import escape
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from fragfield.case.conversion.rounds import burst_rounds, first_alike, masses_of
 from fragfield.errors import InputError
 from fragfield.numbers import number
-from fragfield.report.figures.drawing import figure
+from fragfield.report.figures.drawing import figure, round_length
 from fragfield_base.substances import substance_title
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
+
+    from numpy.typing import NDArray
 
     from burst_fenicsx.geometry import Profile
     from burst_fenicsx.geometry.contour import Contour
@@ -27,45 +29,22 @@ if TYPE_CHECKING:
 DRAWINGS = ("drawing_1", "drawing_2", "drawing_3", "plan", "elevation")
 """Names of the figures drawn here; a report draws no more different rounds than these."""
 
-_WIDTHS = {False: 640.0, True: 350.0}  # of the picture, in its own units; narrow: of a telephone
-_COLUMN = 470.0  # of a page, or a telephone
-_HEIGHT, _SIDE, _FOOT = 182.0, 40.0, 96.0  # of the round, beside and below it
+_WIDTH = 470.0  # of the picture, in its own units: a column of a page, or a telephone
+_HEIGHT, _SIDE, _HEAD, _FOOT = 182.0, 40.0, 52.0, 96.0  # of the round, beside, above and below it
 _SAMPLES = 120  # stations of a contour
 _ROOM = 50.0  # that the text of a length needs
+_STATIONS, _AROUND = 41, 36  # of a round's surface
+_PLAN_WIDTH, _MOST_HEIGHT, _MARGIN = 560.0, 420.0, 0.15
+_MOST_NAMED = 24
 
 
-class RoundFacts(NamedTuple):
-    """Masses (kg), C/M, fuze density (kg/m3), centre of mass, length and diameter (m)."""
-
-    casing: float
-    charge: float
-    fuze: float
-    whole: float
-    ratio: float
-    fuze_density: float
-    centre: float
-    length: float
-    diameter: float
-
-
-def round_facts(item: Round) -> RoundFacts:
-    """Those of a round with a profile."""
-    masses, profile = masses_of(item), item.profile
-    assert profile is not None
-    return RoundFacts(
-        masses.casing, masses.charge, masses.fuze, masses.whole, masses.ratio, profile.fuze_density,
-        centre_of_mass(item), profile.length, 2.0 * profile.max_radius,
-    )  # fmt: skip
-
-
-def round_svg(item: Round, centre: float, *, narrow: bool = False) -> str:
+def round_svg(item: Round, centre: float, notes: Sequence[str] = ()) -> str:
     """The section of a round along its axis, nose to the left, with lengths, diameters, walls and centre of mass.
 
-    `item`: with a profile; `centre`: station of its centre of mass (m); `narrow`: for a telephone: fewer texts fit
-    beside each other.
+    `item`: with a profile; `centre`: station of its centre of mass (m); `notes`: lines below it.
     """
     assert item.profile is not None
-    return _Section(item.profile, _WIDTHS[narrow]).svg(centre, "narrow" if narrow else "wide")
+    return _Section(item.profile).svg(centre, notes)
 
 
 _FILLS = (
@@ -107,16 +86,14 @@ PATTERNS = (
 
 
 class _Section:
-    def __init__(self, profile: Profile, width: float) -> None:
-        self.profile, self.width = profile, width
-        self.scale = min((width - 2.0 * _SIDE) / profile.length, 0.5 * _HEIGHT / profile.max_radius)
-        self.left = 0.5 * (width - self.scale * profile.length)
-        self.diameters = self._diameters()
-        self.head = 20.0 + 16.0 * len(self.diameters)  # above the round
-        self.middle = self.head + 16.0 + self.scale * profile.max_radius
+    def __init__(self, profile: Profile) -> None:
+        self.profile = profile
+        self.scale = min((_WIDTH - 2.0 * _SIDE) / profile.length, 0.5 * _HEIGHT / profile.max_radius)
+        self.left = 0.5 * (_WIDTH - self.scale * profile.length)
+        self.middle = _HEAD + 16.0 + self.scale * profile.max_radius
         self.base = self.middle + self.scale * profile.max_radius
 
-    def svg(self, centre: float, kind: str, notes: Sequence[str] = ()) -> str:
+    def svg(self, centre: float, notes: Sequence[str]) -> str:
         """The whole picture."""
         start, foot = self.left - 12, self.base + _FOOT + 10.0
         parts = [
@@ -126,13 +103,11 @@ class _Section:
             *self._lengths(),
             *self._walls(),
             *self._centre(centre),
-            *(svg_text(0.5 * self.width, foot + 14 * line, words, "small") for line, words in enumerate(notes)),
+            *(svg_text(0.5 * _WIDTH, foot + 14 * line, words, "small") for line, words in enumerate(notes)),
         ]
         height = foot + 14 * len(notes) if notes else self.base + _FOOT
-        size = f'viewBox="0 0 {self.width:g} {height:.0f}" role="img"'
-        return (
-            f'<svg class="drawing {kind}" {size} aria-label="Dimensioned section of the round">{"".join(parts)}</svg>'
-        )
+        size = f'viewBox="0 0 {_WIDTH:g} {height:.0f}" role="img"'
+        return f'<svg class="drawing" {size} aria-label="Dimensioned section of the round">{"".join(parts)}</svg>'
 
     def _x(self, station: float) -> float:
         return self.left + self.scale * station
@@ -144,7 +119,7 @@ class _Section:
         ends = [("nose", profile.outer.radii[0]), ("base", profile.outer.radii[-1])]
         named = [("", profile.outer.max_radius), ("charge", charge), *ends]
         words = [f"{name} ⌀ {_mm(2.0 * radius)}".strip() for name, radius in named]
-        return [", ".join(words)] if self.width > 500.0 else [", ".join(words[:2]), ", ".join(words[2:])]
+        return [", ".join(words[:2]), ", ".join(words[2:])]
 
     def _contents(self) -> Iterator[str]:
         profile = self.profile
@@ -185,8 +160,8 @@ class _Section:
             yield from _dimension(start, front, base + 54, _mm(profile.charge_front - profile.cavity.start))
         length = f"length {_mm(profile.length)}"
         yield from _dimension(self.left, self._x(profile.length), base + 76, length)
-        for line, words in enumerate(self.diameters):
-            yield svg_text(0.5 * self.width, 15 + 16 * line, words, "label")
+        for line, words in enumerate(self._diameters()):
+            yield svg_text(0.5 * _WIDTH, 15 + 16 * line, words, "label")
 
     def _walls(self) -> Iterator[str]:
         """Above the round: the thickness of the wall in the middle of each segment of the wall."""
@@ -200,15 +175,15 @@ class _Section:
             outer, inner = (self.middle - self.scale * float(radius) for radius in radii)
             yield _line(x, inner, x, outer, "wall")
             if x - last > 1.7 * _ROOM:
-                yield _line(x, outer, x, self.head + 4, "extension")
-                yield svg_text(x, self.head, f"wall {_mm(float(section.wall))}", "small")
+                yield _line(x, outer, x, _HEAD + 4, "extension")
+                yield svg_text(x, _HEAD, f"wall {_mm(float(section.wall))}", "small")
                 last = x
 
     def _centre(self, station: float) -> Iterator[str]:
         x, y = self._x(station), self.middle
         yield f'<circle class="centre" cx="{x:.1f}" cy="{y:.1f}" r="5"/>'
         yield _line(x - 5, y, x + 5, y, "wall") + _line(x, y - 5, x, y + 5, "wall")
-        side, kind = (-8, "end") if x > 0.6 * self.width else (8, "start")
+        side, kind = (-8, "end") if x > 0.6 * _WIDTH else (8, "start")
         yield svg_text(x + side, y - 8, f"centre of mass {_mm(station)}", f"small {kind} halo")
 
 
@@ -281,7 +256,7 @@ def draw_round(item: Round, expected: Mapping[str, float] | None = None) -> str:
         *([f"By its drawing: {', '.join(known)}"] if known else []),
         "Stations and lengths from the nose.",
     )
-    return svg_file(_Section(item.profile, _COLUMN).svg(centre_of_mass(item), "column", notes))
+    return svg_file(round_svg(item, centre_of_mass(item), notes))
 
 
 def svg_file(svg: str) -> str:
@@ -313,3 +288,133 @@ for _at, _name in enumerate(DRAWINGS[:3]):
         "Section along the axis: casing (lines), charge (dots), fuze (crosses), with the segments of the break-up. "
         "Cross in a circle: centre of mass.",
     )(partial(_drawing, at=_at))  # fmt: skip
+
+
+def plan_svg(case: CaseTable, vertical: int, title: str) -> str:
+    """The rounds of a resolved case seen from above (`vertical` = 1) or along +y (2); images behind planes dashed.
+
+    `case`: resolved; `vertical`: axis that points upwards in the picture; `title`: for readers that do not see it.
+    """
+    bodies = list(outlines(case, vertical))
+    if not bodies:
+        return ""
+    from fragfield.case.conversion.surroundings import ground_height
+
+    centre = np.mean([entry.position[:2] for entry in case.round], axis=0)
+    ground = ground_height(case, *centre) if vertical == 2 else None
+    points = np.concatenate([outline for _, outline, _ in bodies])
+    low, high = points.min(axis=0), points.max(axis=0)
+    if ground is not None:
+        low[1] = min(low[1], ground)
+    room = _MARGIN * float((high - low).max())
+    low, high = low - room, high + room
+    scale = min(_PLAN_WIDTH / (high - low)[0], _MOST_HEIGHT / (high - low)[1])
+    height = scale * float((high - low)[1])
+    left = 0.5 * (_PLAN_WIDTH - scale * float((high - low)[0]))
+
+    def at(place: NDArray[np.float64]) -> tuple[float, float]:
+        x, y = scale * (place - low)
+        return left + float(x), height - float(y)
+
+    parts = []
+    if ground is not None:
+        y = at(np.array([low[0], ground]))[1]
+        words = escape(f"z = {ground:g} m")
+        parts.append(f'<path class="ground" d="M0 {y:.1f}H{_PLAN_WIDTH:g}"/>')
+        parts.append(f'<text class="small start" x="4" y="{y + 12:.1f}">{words}</text>')
+    initiated = {entry.name for entry in case.round if entry.ignition}
+    for name, outline, image in bodies:
+        corners = " ".join(f"{x:.1f},{y:.1f}" for x, y in map(at, outline))
+        parts.append(f'<polygon class="{"image" if image else "body"}" points="{corners}"/>')
+        x, y = at(outline.mean(axis=0))
+        if not image and name in initiated:
+            parts.append(f'<circle class="initiated" cx="{x:.1f}" cy="{y:.1f}" r="4"/>')
+        if not image and len(case.round) <= _MOST_NAMED:
+            parts.append(f'<text class="small halo" x="{x:.1f}" y="{y - 8:.1f}">{escape(name)}</text>')
+    parts += _planes(case, vertical, low, at, height)
+    bar = round_length(0.25 * _PLAN_WIDTH / scale)
+    foot = height + 16
+    parts.append(f'<path class="dimension" d="M10 {foot - 4:.1f}v8M10 {foot:.1f}h{scale * bar:.1f}m0 -4v8"/>')
+    parts.append(f'<text class="small start" x="{16 + scale * bar:.1f}" y="{foot + 4:.1f}">{bar:g} m</text>')
+    head = f'<svg viewBox="0 0 {_PLAN_WIDTH:g} {height + 30:.0f}" role="img" aria-label="{escape(title)}">'
+    return f"{head}{''.join(parts)}</svg>"
+
+
+def _planes(case: CaseTable, vertical: int, low: NDArray[np.float64], at: Any, height: float) -> Iterator[str]:  # noqa: ANN401
+    """Planes that are level or upright, as lines where they are seen on edge."""
+    for number_of, plane in enumerate(case.plane):
+        normal, point = (np.array(one, dtype=float) for one in (plane.normal, plane.point))
+        along = int(np.argmax(np.abs(normal)))
+        if abs(normal[along]) < (1.0 - 1e-9) * np.linalg.norm(normal) or along not in (0, vertical):
+            continue
+        x, y = at(np.array([point[0], low[1]])) if along == 0 else at(np.array([low[0], point[along]]))
+        words = f"{plane.kind} plane {plane.name}"
+        if along == 0:
+            yield f'<path class="plane" d="M{x:.1f} 0V{height:.1f}"/>' + svg_text(
+                x + 4, 12 + 12 * number_of, words, "small start halo"
+            )
+        else:
+            yield f'<path class="plane" d="M0 {y:.1f}H{_PLAN_WIDTH:g}"/>' + svg_text(
+                _PLAN_WIDTH - 4, y - 4, words, "small end halo"
+            )
+
+
+def outlines(case: CaseTable, vertical: int) -> Iterator[tuple[str, NDArray[np.float64], bool]]:
+    """Name, outline (n, 2) in m and whether it is an image, of every round seen along an axis.
+
+    `vertical` is the axis that points upwards there: 1 from above, 2 along +y.
+    """
+    for name, surface, image in _bodies(case):
+        yield name, _hull(surface[:, [0, vertical]]), image
+
+
+def _bodies(case: CaseTable) -> Iterator[tuple[str, NDArray[np.float64], bool]]:
+    """Name, points of the surface (n, 3) in m and whether it is an image, of every round with a contour."""
+    from fragfield.case.conversion.rounds import burst_rounds
+
+    surfaces = [
+        (item.name, _surface(item.profile, np.array(item.position), np.array(item.axis)), False)
+        for item in burst_rounds(case)
+        if item.profile is not None
+    ]
+    for plane in case.plane:
+        if plane.kind == "symmetry":
+            normal, point = np.array(plane.normal, dtype=float), np.array(plane.point, dtype=float)
+            normal /= np.linalg.norm(normal)
+            surfaces += [
+                (name, surface - 2.0 * ((surface - point) @ normal)[:, None] * normal, True)
+                for name, surface, _ in surfaces
+            ]
+    yield from surfaces
+
+
+def _surface(profile: Profile, base: NDArray[np.float64], axis: NDArray[np.float64]) -> NDArray[np.float64]:
+    axis = axis / np.linalg.norm(axis)
+    first = np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))])
+    first /= np.linalg.norm(first)
+    second = np.cross(axis, first)
+    station = np.linspace(0.0, profile.length, _STATIONS)
+    turn = np.linspace(0.0, 2.0 * np.pi, _AROUND, endpoint=False)
+    radius = profile.section(station).outer_radius[:, None, None]
+    circle = np.cos(turn)[:, None] * first + np.sin(turn)[:, None] * second
+    points = base + (profile.length - station)[:, None, None] * axis + radius * circle
+    return np.asarray(points.reshape(-1, 3))
+
+
+def _hull(points: NDArray[np.float64]) -> NDArray[np.float64]:
+    from scipy.spatial import ConvexHull
+
+    return np.asarray(points[ConvexHull(points).vertices])
+
+
+def _plan(run: StoredRun, vertical: int, title: str) -> str | None:
+    if run.values is None or run.fragments_file is not None or not run.values.round:
+        return None
+    return svg_file(plan_svg(run.values, vertical, title)) or None
+
+
+for _name, _title, _vertical in (("plan", "Plan, from above", 1), ("elevation", "Elevation, seen along +y", 2)):
+    figure(
+        _name, _title, "Outlines of the rounds where they stand; dashed: images behind planes of symmetry, which burst "
+        "as well.",
+    )(partial(_plan, vertical=_vertical, title=_title))  # fmt: skip

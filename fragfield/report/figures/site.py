@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fragfield.hazard.site_map import COLORS, KINDS, VERDICTS, extent_of, shapes_of
-from fragfield.hazard.verdict import governing
 from fragfield.report.figures.drawing import ACCENT, GREY, INK, figure, new_figure, plain_name, round_length
 from fragfield.results.words import metres
 
@@ -164,35 +163,3 @@ def _north(axis: Axes, azimuth: float) -> None:
     axis.annotate("", tuple(tail + way), tuple(tail), arrowprops=style, zorder=7)
     x, y = (tail + 1.35 * way).tolist()
     axis.text(x, y, "N", ha="center", va="center", fontsize=9, fontweight="bold", zorder=7)
-
-
-@figure(
-    "exposed_sites", "Exposed sites against their criteria",
-    "Expected value (dot) and upper bound (95 %, bar) over the site's limit; left of the line the criterion is met.",
-)  # fmt: skip
-def _exposed_figure(run: StoredRun) -> Figure | None:
-    entries = [entry for entry in run.summary.exposed or () if entry.verdict != "not determined"]
-    if not entries:
-        return None
-    height = 1.1 + 0.34 * len(entries)
-    figure, (axis,) = new_figure(height=height)
-    bounds = []
-    for row, entry in enumerate(entries):
-        limit, value, style = entry.criterion.limit, governing(entry), VERDICTS[entry.verdict]
-        if value is None or value.upper is None or value.expected is None:
-            continue  # not where a verdict is determined
-        upper, expected = value.upper / limit, value.expected / limit
-        axis.plot([max(expected, 1e-6), upper], [row, row], color=style.color, linewidth=2.4, solid_capstyle="butt")
-        axis.plot(upper, row, marker="|", color=style.color, markersize=10, markeredgewidth=2.0)
-        if expected > 0.0:
-            axis.plot(expected, row, marker=style.marker, color=style.color, markersize=5)
-        bounds.append((max(expected, 0.2 * upper), upper))
-    axis.axvline(1.0, color=ACCENT, linewidth=1.1)
-    axis.set(
-        xscale="log", yticks=range(len(entries)), yticklabels=[plain_name(entry.name) for entry in entries],
-        xlabel="Part of the criterion",
-        xlim=(0.3 * min(low for low, _ in bounds), 3.0 * max(1.0, *(high for _, high in bounds))),
-    )  # fmt: skip
-    axis.invert_yaxis()
-    axis.grid(visible=False, axis="y")
-    return figure
