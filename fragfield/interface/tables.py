@@ -1,4 +1,4 @@
-"""Tables of a run as pandas frames, and all of them in one workbook (XLSX).
+"""Tables of a run as pandas frames, and all of them with the results in numbers in one workbook (XLSX).
 
 They are those of the CSV files, with the same columns, but from the HDF5 files: no digit is lost. Where the case has a
 site, the bearing stands beside every azimuth.
@@ -6,19 +6,17 @@ site, the bearing stands beside every azimuth.
 
 from __future__ import annotations
 
-import datetime as dt
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from fragfield.errors import InputError, nearest
-from fragfield.files.provenance import describe
 from fragfield.quantities import QUANTITIES
 from fragfield_base.writing import harmless, replacing
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Mapping
     from pathlib import Path
 
     from numpy.typing import NDArray
@@ -26,10 +24,6 @@ if TYPE_CHECKING:
 
     from fragfield.results.run import StoredRun
     from fragfield.results.summary import Summary
-
-
-_UNITS = {"kg": "kg", "m": "m", "m_s": "m/s", "s": "s", "J": "J", "deg": "degrees", "1_m2": "1/m2", "kg_m3": "kg/m3"}
-"""What names of columns end with, and the unit."""
 
 
 _SINGLE = "first realisation"
@@ -101,14 +95,13 @@ def _values(column: Any) -> NDArray[Any]:  # noqa: ANN401 - an array, or labels
     return np.ascontiguousarray(column)
 
 
-_STAMPED = ("landing.h5", "fragments.h5", "burst_snapshot.h5")  # of one run; the latest stage's is taken
 _MOST_ROWS = 1_048_576 - 1  # of a sheet, below the names
 
 
 def write_workbook(
     path: Path, run_directory: Path, title: str, summary: Summary, tables: Mapping[str, DataFrame]
 ) -> Path:
-    """Write every table of a run (by its name) as a sheet of one workbook, after what they are; returns its path.
+    """Write every table of a run (by its name) as a sheet of one workbook, after the results; returns its path.
 
     Raises InputError: another ending than .xlsx, openpyxl is not installed, or the file cannot be written.
     """
@@ -122,45 +115,18 @@ def write_workbook(
 
     listed = (one for one in QUANTITIES.values() if "[]" not in one.path and not one.path.startswith("case"))
     rows = [(one.path, one.of(summary), one.unit, one.label) for one in listed]
-    results = [row for row in rows if isinstance(row[1], str | int | float)]
+    results = [("title", title, "", str(run_directory))]
+    results += [row for row in rows if row[0] != "title" and isinstance(row[1], str | int | float)]
     sheets = {
-        "about": DataFrame(_about(run_directory, title, tables), columns=list("abcd")),
         "summary": DataFrame(results, columns=["key", "value", "unit", "meaning"], dtype=object),
         **{name: table.head(_MOST_ROWS) for name, table in tables.items()},
     }
     with replacing(path, InputError) as file, ExcelWriter(file, engine="openpyxl") as book:
         for name, sheet in sheets.items():
-            texts = {key: column.map(_harmless) for key, column in sheet.items() if column.dtype.kind not in "iufb"}
-            head = name != "about"
-            sheet.assign(**texts).to_excel(book, sheet_name=name, index=False, header=head, freeze_panes=(int(head), 0))
+            texts = {
+                key: column.map(lambda value: harmless(value) if isinstance(value, str) else value)
+                for key, column in sheet.items()
+                if column.dtype.kind not in "iufb"
+            }
+            sheet.assign(**texts).to_excel(book, sheet_name=name, index=False, freeze_panes=(1, 0))
     return path
-
-
-def _harmless(value: object) -> object:
-    return harmless(value) if isinstance(value, str) else value
-
-
-def _about(run_directory: Path, title: str, tables: Mapping[str, DataFrame]) -> Iterator[list[Any]]:
-    """What the workbook is, its sheets, units, and the provenance of the run."""
-    yield [title]
-    yield ["directory", str(run_directory)]
-    yield ["written", dt.datetime.now(dt.UTC).isoformat(timespec="seconds")]
-    yield []
-    yield ["sheet", "what it holds", "rows", "units in the names of its columns"]
-    yield ["summary", "results in numbers, as in summary.json", "", "column unit"]
-    for name, table in tables.items():
-        ends = [unit for unit in _UNITS if any(one.endswith(f"_{unit}") for one in table.columns)]
-        cut = f" (the first {_MOST_ROWS} rows; all are in {name}.csv)" if len(table) > _MOST_ROWS else ""
-        legend = ", ".join(f"_{unit} in {_UNITS[unit]}" for unit in ends)
-        yield [name, TABLES[name][1] + cut, len(table), legend or "pure numbers, or SI"]
-    yield []
-    yield ["of the run", ""]
-    file = next(name for name in _STAMPED if (run_directory / name).is_file())
-    stamp = dict(describe(run_directory / file)["attributes"])
-    case = str(stamp.pop("case", ""))
-    for key, value in stamp.items():
-        yield [key, str(value)]
-    yield []
-    yield ["case", ""]
-    for line in case.splitlines():
-        yield ["", line]

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import io
-import logging
 import math
 from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import cache
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -22,7 +20,6 @@ if TYPE_CHECKING:
     Words = str | Callable[[StoredRun], str]
 
 
-_log = logging.getLogger(__name__)
 COLUMN, WIDE = 3.6, 7.4
 """Widths of figures (inches): a column of a printed page, which is the width of a telephone, and the whole page."""
 
@@ -84,52 +81,18 @@ _STYLE = {
 def drawing_style() -> Iterator[None]:
     """Draw with the report's settings alone: without a display, and neither taking nor touching those of the caller."""
     import matplotlib as mpl
+    from matplotlib.font_manager import fontManager
 
     with mpl.rc_context():
         mpl.rcdefaults()  # a matplotlibrc of the user's may set any other
-        mpl.rcParams.update(_STYLE)
+        others = sorted({font.name for font in fontManager.ttflist if "CJK" in font.name})  # letters that ours lacks
+        mpl.rcParams.update(_STYLE | {"font.family": [_STYLE["font.family"], *others]})
         yield
 
 
 def plain_name(name: str) -> str:
-    """A name from the case for matplotlib: "$" begins no mathematics, and every letter has a glyph.
-
-    Letters that the report's font lacks are drawn with an installed font that has them; without one their code points
-    stand in their place, so that two names never look alike.
-    """
-    import matplotlib as mpl
-
-    missing = []
-    for letter in dict.fromkeys("".join(name.split())):
-        family = _family_with(letter)
-        if family is None:
-            missing.append(letter)
-            name = name.replace(letter, f"[{ord(letter):X}]")
-        elif family not in mpl.rcParams["font.family"]:
-            mpl.rcParams["font.family"] = [*mpl.rcParams["font.family"], family]
-    if missing:
-        _log.warning(
-            "figures: no installed font has the letters %s; their code points stand in the names, and the tables have "
-            "them; install a font such as Noto Sans CJK and write the report again",
-            " ".join(missing),
-        )
+    """A name from the case for matplotlib: "$" begins no mathematics."""
     return name.replace("$", r"\$")
-
-
-@cache
-def _family_with(letter: str) -> str | None:
-    """A font that has a letter: the report's own where that has it, else the first installed one, else None."""
-    from matplotlib.font_manager import fontManager, get_font
-
-    own = _STYLE["font.family"]
-    for one in sorted(fontManager.ttflist, key=lambda font: (font.name != own, font.name)):
-        if (
-            "Emoji" not in one.name
-            and "Last Resort" not in one.name
-            and get_font(one.fname).get_char_index(ord(letter))
-        ):
-            return str(one.name)
-    return None
 
 
 def new_figure(
