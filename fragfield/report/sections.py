@@ -137,7 +137,7 @@ def _what_was_computed(run: StoredRun) -> Iterator[Row]:
     if case.burst is not None and run.fragments_file is None:
         size = f"{number(1e3 * case.burst.cell_size, 3)} mm"
         geometry = f", {run.summary.burst.geometry}" if run.summary.burst else ""
-        yield Row("Cell size", f"{size}{geometry}; grid convergence: {case.burst.convergence}")
+        yield Row("Cell size", f"{size}; grid convergence: {case.burst.convergence}{geometry}")
     if hazard is not None:
         yield Row("Realisations", number(hazard.realisations))
 

@@ -83,7 +83,7 @@ def test_every_round_has_its_line_with_the_products_balance(pallet):
 def test_contact_is_reported_with_its_overlaps(pallet):
     page = plain_report(pallet)
     rows = {line[1]: line[2] for line in page.tables["Main numbers"]}
-    assert rows["outer diameter at the end"] == "312 mm"
+    assert rows["outer diameter at the end"] == "331 mm"
     assert any("while a front passes by up to" in text for _, text in page.findings)
     assert "8; 4 more behind planes of symmetry" in page.sections["decision"]
 
