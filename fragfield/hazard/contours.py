@@ -11,9 +11,10 @@ import json
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from importlib import resources
+from itertools import groupby
 from pathlib import Path
 from typing import Any
-from xml.etree import ElementTree as ET
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,7 +24,6 @@ from fragfield.places.site import Site, longitude_of
 from fragfield_base.writing import write_text
 
 ARC_STEP = 1.0  # degrees between two points of an arc, at most
-_KML = "http://www.opengis.net/kml/2.2"
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,6 +47,11 @@ class Contour:
     opacity: float = 0.0
     label: str = ""
     label_at: tuple[float, float] | None = None
+
+    @property
+    def parts(self) -> list[NDArray[np.float64]]:
+        """The line cut at 180 degrees."""
+        return cut_line(self.ring, closed=self.closed)
 
 
 def outline(distance: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -108,28 +113,17 @@ def write_kml(
     contours: Sequence[Contour], site: Site, path: str | Path, provenance: Mapping[str, str] | None = None
 ) -> Path:
     """Write the contours and the origin as KML 2.2, for globes, in folders; everything lies on the ground."""
-    ET.register_namespace("", _KML)
-    root = ET.Element(f"{{{_KML}}}kml")
-    document = _child(root, "Document")
-    _child(document, "name", "Fragment hazard")
-    _data(document, {key: value for key, value in (provenance or {}).items() if key != "case"})
-    place = _child(document, "Placemark")
-    _child(place, "name", "origin of distances")
-    _child(_child(place, "Point"), "coordinates", f"{site.longitude:.9f},{site.latitude:.9f}")
-    folders: dict[str, ET.Element] = {}
-    for contour in contours:
-        if contour.folder not in folders:
-            folders[contour.folder] = _child(document, "Folder")
-            _child(folders[contour.folder], "name", contour.folder)
-        _placemark(folders[contour.folder], contour)
-    ET.indent(root, " ")
-    return write_text(Path(path), ET.tostring(root, encoding="unicode", xml_declaration=True) + "\n", InputError)
+    from jinja2 import Template
+
+    text = (resources.files("fragfield.hazard") / "templates" / "contours.kml").read_text(encoding="utf-8")
+    template = Template(text, autoescape=True, trim_blocks=True, lstrip_blocks=True)
+    folders = [(name, list(lines)) for name, lines in groupby(contours, key=lambda one: one.folder)]
+    stamp = {key: value for key, value in (provenance or {}).items() if key != "case"}
+    return write_text(Path(path), template.render(folders=folders, site=site, provenance=stamp) + "\n", InputError)
 
 
 def _geometry(contour: Contour) -> dict[str, Any]:
-    parts = [
-        [[round(x, 9), round(y, 9)] for x, y in part.tolist()] for part in cut_line(contour.ring, closed=contour.closed)
-    ]
+    parts = [[[round(x, 9), round(y, 9)] for x, y in part.tolist()] for part in contour.parts]
     if len(contour.ring) == 1:
         return {"type": "Point", "coordinates": parts[0][0]}
     shape = "Polygon" if contour.closed else "LineString"
@@ -145,54 +139,6 @@ def _simple_style(contour: Contour) -> dict[str, Any]:
         return {"marker-color": color}
     line = {"stroke": color, "stroke-width": contour.width}
     return {**line, "fill": color, "fill-opacity": contour.opacity} if contour.closed else line
-
-
-def _placemark(folder: ET.Element, contour: Contour) -> None:
-    place = _child(folder, "Placemark")
-    _child(place, "name", contour.label or str(contour.properties["name"]))
-    style = _child(place, "Style")
-    red, green, blue = (contour.color[i : i + 2] for i in (1, 3, 5))
-    if contour.label_at is not None or len(contour.ring) == 1:
-        _child(_child(style, "IconStyle"), "color", f"ff{blue}{green}{red}")
-    line = _child(style, "LineStyle")
-    _child(line, "color", f"ff{blue}{green}{red}")
-    _child(line, "width", f"{contour.width:g}")
-    inside = _child(style, "PolyStyle")
-    _child(inside, "color", f"{round(255 * contour.opacity):02x}{blue}{green}{red}")
-    _child(inside, "fill", "1" if contour.opacity > 0.0 else "0")
-    _data(place, contour.properties)
-    parts = cut_line(contour.ring, closed=contour.closed)
-    if contour.label_at is not None or len(parts) > 1:
-        place = _child(place, "MultiGeometry")
-    if contour.label_at is not None:
-        x, y = contour.label_at
-        _child(_child(place, "Point"), "coordinates", f"{longitude_of(x):.9f},{y:.9f}")
-    for part in parts:
-        if len(part) == 1:
-            boundary = _child(place, "Point")
-        elif contour.closed:
-            polygon = _child(place, "Polygon")
-            _child(polygon, "tessellate", "1")
-            boundary = _child(_child(polygon, "outerBoundaryIs"), "LinearRing")
-        else:
-            boundary = _child(place, "LineString")
-            _child(boundary, "tessellate", "1")
-        _child(boundary, "coordinates", " ".join(f"{x:.9f},{y:.9f}" for x, y in part))
-
-
-def _child(parent: ET.Element, name: str, text: str | None = None) -> ET.Element:
-    child = ET.SubElement(parent, f"{{{_KML}}}{name}")
-    child.text = text
-    return child
-
-
-def _data(parent: ET.Element, entries: Mapping[str, object]) -> None:
-    extended = _child(parent, "ExtendedData")
-    for key, value in entries.items():
-        if value is not None:
-            data = _child(extended, "Data")
-            data.set("name", key)
-            _child(data, "value", str(value).lower() if isinstance(value, bool) else str(value))
 
 
 def cut_line(line: NDArray[np.float64], *, closed: bool = False) -> list[NDArray[np.float64]]:

@@ -144,6 +144,7 @@ def extent_of(shapes: Sequence[Shape]) -> tuple[Array, Array]:
 def to_contours(shapes: Sequence[Shape], site: Site, origin: tuple[float, float]) -> list[Contour]:
     """Shapes as lines on the Earth, for GeoJSON and KML."""
     from fragfield.hazard.contours import Contour
+    from fragfield.places.site import longitude_of
 
     made = []
     for shape in shapes:
@@ -160,9 +161,9 @@ def to_contours(shapes: Sequence[Shape], site: Site, origin: tuple[float, float]
         if shape.kind == "exposed":
             verdict = shape.properties["verdict"]
             style, centre = VERDICTS[verdict], shape.centre - np.asarray(origin)
-            (at,) = site.coordinates(np.degrees(np.arctan2(centre[1], centre[0])), np.hypot(*centre)).tolist()
+            ((x, y),) = site.coordinates(np.degrees(np.arctan2(centre[1], centre[0])), np.hypot(*centre)).tolist()
             look |= {"color": style.color, "width": style.width, "opacity": style.opacity,
-                     "label": f"{shape.name}: {verdict}", "label_at": tuple(at)}  # fmt: skip
+                     "label": f"{shape.name}: {verdict}", "label_at": (longitude_of(x), y)}  # fmt: skip
         else:
             look["color"] = COLORS[shape.kind]
         made.append(Contour(ring, properties, shape.closed, **look))

@@ -13,7 +13,7 @@ import pytest
 import xmlschema
 
 from fragfield.hazard.contours import Contour, cut_line, write_geojson, write_kml
-from fragfield.places.site import Site
+from fragfield.places.site import Site, longitude_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -35,9 +35,11 @@ def star(site: Site, reach: float = 800.0) -> np.ndarray:
 
 def contours(site: Site) -> list[Contour]:
     """A star, a site with a label, a line and a point: all that a map holds."""
+    x, y = star(site)[0]
+    label = longitude_of(float(x)), float(y)
     return [
         Contour(star(site), {"name": "star", "nothing": None, "converged": True}),
-        Contour(star(site, 300.0), {"name": "school"}, label="school: met", label_at=tuple(star(site)[0]), opacity=0.3),
+        Contour(star(site, 300.0), {"name": "school"}, label="school: met", label_at=label, opacity=0.3),
         Contour(site.coordinates([0.0, 180.0, 20.0], [500.0, 500.0, 900.0]), {"name": "road <1>"}, closed=False),
         Contour(site.coordinates([10.0], [400.0]), {"name": "shell"}, folder="rounds"),
     ]
