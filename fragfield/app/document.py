@@ -202,8 +202,7 @@ def _put(node: Any, path: Steps, value: object, *, kept: bool = False) -> None: 
 def _with_comments(text: str, path: Steps, value: object, wanted: dict[str, Any]) -> str:
     """The text with a value changed: by as little as possible, so that comments stay.
 
-    What tomlkit makes is read again: where it is not what was meant, only the table at the top is written whole, and
-    at the very last all of them.
+    What tomlkit makes is read again: where it is not what was meant, all tables are written again.
     """
     made = _uncommented(text, path, value)
     with suppress(ValueError):
@@ -213,14 +212,6 @@ def _with_comments(text: str, path: Steps, value: object, wanted: dict[str, Any]
         document = tomlkit.parse(text)
         _put(document, path, value, kept=True)
         made = document.as_string()
-        if tomllib.loads(made) == wanted:
-            return made
-    with suppress(TOMLKitError, ValueError, TypeError, KeyError, IndexError, AttributeError):
-        document = tomlkit.parse(text)
-        top = str(path[0])
-        document.pop(top, None)
-        rest = tables_to_toml({top: wanted[top]}) if top in wanted else ""
-        made = f"{document.as_string().rstrip()}\n\n{rest}"
         if tomllib.loads(made) == wanted:
             return made
     return tables_to_toml(wanted)

@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 import math
-from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from pydantic import TypeAdapter, ValidationError
 
 import fragfield
 from fragfield.app.fields import shown
-from fragfield.case.conversion.exposed_sites import outline_of, rectangle
-from fragfield.case.tables.surroundings import ObstacleTable
+from fragfield.case.conversion.exposed_sites import exposed_sites_of, outline_of
 from fragfield.errors import InputError
 from fragfield_base.units import UnitError, read_measure
 
@@ -21,10 +18,10 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from fragfield.app.document import CaseDocument
+    from fragfield.case import CaseTable
     from fragfield.places.site import Site
 
 
-_OBSTACLES: TypeAdapter[Any] = TypeAdapter(ObstacleTable)
 _POINTS = {"exposed": ("points", "points_on_earth"), "obstacle": ("start", "end", "position")}
 
 
@@ -60,7 +57,6 @@ def _origin(case: CaseDocument) -> tuple[float, float]:
 
 
 def _here(case: CaseDocument, latitude: float, longitude: float) -> tuple[float, float] | None:
-    """X and y of a place on Earth (radians)."""
     site = site_in(case)
     if site is None:
         return None
@@ -70,7 +66,6 @@ def _here(case: CaseDocument, latitude: float, longitude: float) -> tuple[float,
 
 
 def _on_earth(case: CaseDocument, x: float, y: float) -> tuple[float, float] | None:
-    """Latitude and longitude (degrees) of a place."""
     site = site_in(case)
     if site is None:
         return None
@@ -127,62 +122,40 @@ def move(case: CaseDocument, path: Sequence[str | int], x: float, y: float) -> N
     case.set(path, here)
 
 
-def plan_of(
-    case: CaseDocument, circles: Sequence[dict[str, Any]] = (), rounds: Sequence[dict[str, Any]] = ()
-) -> dict[str, Any]:
-    """What the map draws: shapes, marks to drag, circles about the origin, terrain, north (degrees from +x).
+def plan_of(case: CaseDocument, shapes: Sequence[dict[str, Any]], circles: Sequence[dict[str, Any]]) -> dict[str, Any]:
+    """What the map draws: shapes, marks to drag, circles about the origin, north (degrees from +x).
 
-    `rounds`: as the case last placed them when it had no faults, those of a stack one by one.
+    `shapes`: of the case as it last was without faults.
     """
-    tables, shapes, handles = case.tables, [], []
+    tables, handles = case.tables, []
     for table in ("obstacle", "exposed"):
         entries = tables.get(table)
         for index, entry in enumerate(entries if isinstance(entries, list) else []):
-            if not isinstance(entry, dict):
-                continue
-            marks = list(_handles(case, table, index, entry))
-            name = str(entry.get("name", f"{table} {index + 1}"))
-            handles += [{"path": list(path), "at": list(at), "name": name, "table": table} for path, at in marks]
-            shapes += _shape(table, entry, name, [at for _, at in marks])
-    shapes += rounds
+            if isinstance(entry, dict):
+                name = str(entry.get("name", f"{table} {index + 1}"))
+                marks = _handles(case, table, index, entry)
+                handles += [{"path": list(path), "at": list(at), "name": name, "table": table} for path, at in marks]
     site = site_in(case)
     return {
-        "shapes": [*_terrain(case, shapes), *shapes], "handles": handles, "circles": list(circles),
-        "origin": list(_origin(case)), "north": None if site is None else site.bearing,
+        "shapes": list(shapes), "handles": handles, "circles": list(circles), "origin": list(_origin(case)),
+        "north": None if site is None else site.bearing,
     }  # fmt: skip
 
 
-def _shape(table: str, entry: dict[str, Any], name: str, marks: list[tuple[float, float]]) -> list[dict[str, Any]]:
-    kind, points, closed = str(entry.get("kind", "person")), [list(at) for at in marks], False
-    if table == "obstacle":
-        with suppress(ValidationError):
-            points, closed = outline_of(_OBSTACLES.validate_python(entry)).tolist(), True
-    elif kind == "building" and marks:
-        length, width = (_value(entry.get(key), "m") for key in ("length", "width"))
-        turn = _value(entry.get("azimuth", "0 deg"), "rad") or 0.0
-        if length and width:
-            points, closed = rectangle(marks[0], length, width, turn).tolist(), True
-    elif kind == "area":
-        closed = True
-    width = (_value(entry.get("width", "6 m"), "m") or 6.0) if kind == "road" else 0.0
-    shape = {"kind": table, "sort": kind, "name": name, "points": points, "closed": closed, "width": width}
-    return [shape] if points else []
-
-
-def _terrain(case: CaseDocument, shapes: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
+def shapes_of(case: CaseTable) -> list[dict[str, Any]]:
+    """Terrain, obstacles, exposed sites and rounds of a resolved case, as the map draws them."""
     from fragfield.case.conversion.surroundings import ground_of
     from fragfield.hazard.site_map import Shape, extent_of, terrain_lines
 
-    resolved = case.resolved() if case.get(("flight", "ground", "map")) else None
-    ground = ground_of(resolved) if resolved is not None else 0.0
-    if isinstance(ground, float):
-        return []
-    seen = [Shape(one["kind"], "", np.array(one["points"])) for one in shapes]
-    reach = np.array([[-150.0, -150.0], [150.0, 150.0]])
-    lines = terrain_lines(ground, extent_of([*seen, Shape("round", "", reach)]))
+    shapes = [Shape("obstacle", one.name, outline_of(one)) for one in case.obstacle]
+    shapes += [Shape("exposed", one.table.name, one.outline) for one in exposed_sites_of(case)]
+    shapes += [Shape("round", one.name, np.array([one.position[:2]])) for one in case.round]
+    if not isinstance(ground := ground_of(case), float):
+        reach = Shape("round", "", np.array([[-150.0, -150.0], [150.0, 150.0]]))
+        shapes = [*terrain_lines(ground, extent_of([*shapes, reach])), *shapes]
     return [
-        {"kind": "terrain", "name": one.name, "points": np.round(one.points, 1).tolist(), "closed": False}
-        for one in lines
+        {"kind": one.kind, "name": one.name, "points": one.points.round(2).tolist(), "closed": one.closed}
+        for one in shapes
     ]
 
 

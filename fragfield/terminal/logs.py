@@ -48,7 +48,6 @@ class _Once(logging.Filter):
         self._said: set[str] = set()
 
     def filter(self, record: logging.LogRecord) -> bool:
-        """Whether its words are new."""
         words, known = words_of(record), len(self._said)
         self._said.add(words)
         return len(self._said) > known
@@ -84,7 +83,6 @@ class _LogFile(logging.StreamHandler[TextIO]):
         """Drop the record."""
 
     def close(self) -> None:
-        """Close the file too."""
         with suppress(OSError, ValueError):
             self.stream.close()
         super().close()

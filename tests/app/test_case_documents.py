@@ -218,7 +218,7 @@ def test_a_mark_is_moved_where_it_stands_on_the_map_and_on_earth(space):
     for number, path in enumerate(marked):
         x = 123.0 + 30.0 * number
         move(case, path, x, -45.5)
-        marks = {tuple(one["path"]): one["at"] for one in plan_of(case, [])["handles"]}
+        marks = {tuple(one["path"]): one["at"] for one in plan_of(case, [], [])["handles"]}
         assert marks[path] == pytest.approx((x, -45.5), abs=0.01)
     assert case.faults() == []
     with pytest.raises(InputError, match="changed in another window"):

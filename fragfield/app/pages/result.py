@@ -174,7 +174,6 @@ class _Parts:
         self._framed("map.html")
 
     def files(self) -> None:
-        """Every file of the run."""
         with box("list", "ul"):
             for file in sorted(one for one in self.path.iterdir() if one.is_file() and not one.name.startswith(".")):
                 with box(tag="li"):

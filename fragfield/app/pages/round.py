@@ -16,12 +16,11 @@ from burst_fenicsx.materials.library import burst_explosive_names, casing_names,
 from burst_fenicsx.problem import Round
 from fragfield.app.contour import ContourTable, from_case, to_case
 from fragfield.app.forms import field_input, files_in, form, keep_file, upload
-from fragfield.app.page import Raw, act, box, choose, facts, fold, heading, html, note
+from fragfield.app.page import act, box, choose, facts, fold, heading, html, note
 from fragfield.case.conversion.rounds import masses_of
 from fragfield.errors import InputError
 from fragfield.numbers import number
 from fragfield.report.figures.rounds import centre_of_mass, round_svg
-from fragfield_base.units import UnitError, read_measure
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -38,7 +37,6 @@ BARE = {"unit": "mm", "outer": {"points": [[0, 20], [80, 40], [260, 40]]},
          "cavity": {"points": [[20, 10], [85, 32], [245, 32]]}, "charge": {}}  # fmt: skip
 OWN_ROUND = {"name": "round", "profile": BARE, "explosive": "tnt", "casing": "steel_paper", "attitude": "upright",
              "position": ["0 m", "0 m", "1 m"]}  # fmt: skip
-_TOLERANCE = 0.01  # of the drawing's masses, as `round.expected` allows
 
 
 def content(page: CasePage) -> None:
@@ -117,7 +115,7 @@ class _RoundEditor:
                 )
                 with box("form"):
                     for key in ("casing", "charge"):
-                        field_input(page, (*self.path, "expected", key), changed=self.draw)
+                        field_input(page, (*self.path, "expected", key))
                 with fold("Official distances of this round", opened=page.focus.startswith("official")):
                     form(page, ("official",))
                 with fold("Mesh of its own"):
@@ -207,7 +205,6 @@ class _RoundEditor:
         self._tables.refresh()
 
     def _count(self, **change: bool) -> None:
-        """Show the same contour as another drawing would give it."""
         how = {"diameters": self.table.diameters, "from_base": self.table.from_base, **change}
         self.table = from_case(to_case(self.table, {}), **how)
         self._tables.refresh()
@@ -278,45 +275,19 @@ class _RoundEditor:
         self.picture.classes(remove="stale")
         centre = centre_of_mass(item)
         self.picture.set_content(round_svg(item, centre))
-        self.facts.set_content(_facts_table(item, centre, self._expected()))
+        self.facts.set_content(_facts_table(item, centre))
         used = (item.explosive, item.casing)
         self.sources.set_text(" ".join(f"{one.name}: {one.source}" for one in used if one.source))
 
-    def _expected(self) -> dict[str, float]:
-        given = self.page.case.get((*self.path, "expected"), {})
-        found: dict[str, float] = {}
-        for key, text in given.items() if isinstance(given, dict) else ():
-            try:
-                measure = read_measure(str(text))
-            except UnitError:
-                continue
-            if measure.is_of("kg") and measure.value > 0.0:
-                found[key] = measure.value
-        return found
 
-
-def _facts_table(item: Round, centre: float, expected: dict[str, float]) -> str:
+def _facts_table(item: Round, centre: float) -> str:
     found, profile = masses_of(item), item.profile
     assert profile is not None
-    masses = {"casing": found.casing, "charge": found.charge, "fuze": found.fuze, "whole round": found.whole}
-    rows = [
-        (name.capitalize(), f"{number(mass, 4)} kg", _difference(mass, expected.get(name)))
-        for name, mass in masses.items()
-    ]
-    size = f"{number(1e3 * profile.length, 4)} × ⌀ {number(2e3 * profile.max_radius, 4)} mm"
+    masses = {"Casing": found.casing, "Charge": found.charge, "Fuze": found.fuze, "Whole round": found.whole}
     return facts([
-        *rows,
-        ("Charge / casing (C/M)", number(found.ratio, 4), ""),
-        ("Fuze density", f"{number(profile.fuze_density, 4)} kg/m³" if profile.fuze_density else "–", ""),
-        ("Centre of mass", f"{number(1e3 * centre, 4)} mm", "from the nose"),
-        ("Length and diameter", size, ""),
+        *((name, f"{number(mass, 4)} kg") for name, mass in masses.items()),
+        ("Charge / casing (C/M)", number(found.ratio, 4)),
+        ("Fuze density", f"{number(profile.fuze_density, 4)} kg/m³" if profile.fuze_density else "–"),
+        ("Centre of mass", f"{number(1e3 * centre, 4)} mm from the nose"),
+        ("Length and diameter", f"{number(1e3 * profile.length, 4)} × ⌀ {number(2e3 * profile.max_radius, 4)} mm"),
     ])  # fmt: skip
-
-
-def _difference(mass: float, wanted: float | None) -> str:
-    if wanted is None:
-        return ""
-    off = mass / wanted - 1.0
-    kind, sign = ("good", "✓") if abs(off) <= _TOLERANCE else ("bad", "✗")
-    words = f"{sign} {off:+.2%} of the drawing".replace("-", "−")
-    return Raw(f'<span class="{kind}">{words}</span>')

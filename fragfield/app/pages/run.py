@@ -193,7 +193,6 @@ class _Starter:
 
     @property
     def can_resume(self) -> bool:
-        """Whether a run has been started."""
         return RunDirectory(self.page.session.space.folder / self.run).exists
 
     def show(self) -> None:
@@ -203,13 +202,11 @@ class _Starter:
         self.again.set_visibility(self.can_resume)
 
     def allow(self, allowed: bool) -> None:
-        """Let a case without faults be run."""
         for button in (self.start, self.resume, self.again):
             button.set_enabled(allowed)
         self.show()
 
     def go(self, *options: str) -> None:
-        """Save the case and start its run."""
         page = self.page
         title = str(page.case.get(("title",)) or page.case.name)
         page.compute(title, self.run, ["run", page.case.name, "--out", self.run, *options])
@@ -223,7 +220,6 @@ class _Now:
         self.look()
 
     def look(self) -> None:
-        """Show it again where something has changed."""
         job = self.page.session.job
         now = None if job is None else (job, job.state, job.progress())
         if now == self.shown:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
 from nicegui import run, ui
@@ -10,9 +11,10 @@ from nicegui import run, ui
 from fragfield.app.forms import entries_form, field_input, files_in, form, upload
 from fragfield.app.page import box, facts, heading, html, note
 from fragfield.app.pages.run import checked
-from fragfield.app.site_plan import imported, move, plan_of, site_in
+from fragfield.app.site_plan import imported, move, plan_of, shapes_of, site_in
 from fragfield.errors import InputError
 from fragfield.results.words import metres
+from fragfield_base import errors
 from fragfield_base.writing import write_bytes
 
 if TYPE_CHECKING:
@@ -74,25 +76,24 @@ class _Site:
     def __init__(self, page: CasePage) -> None:
         self.page = page
         self.circles: list[dict[str, Any]] = []
-        self.rounds: list[dict[str, Any]] = []
+        self.shapes: list[dict[str, Any]] = []
         self.rules: ui.html
 
     @ui.refreshable_method
     def lists(self) -> None:
-        """Forms of the exposed sites and of the obstacles."""
         entries_form(self.page, ("exposed",), changed=self.draw)
         heading("Barricades, walls and buildings")
         entries_form(self.page, ("obstacle",), changed=self.draw)
 
     def draw(self) -> None:
-        """Draw the draft as it stands."""
-        plan = plan_of(self.page.case, self.circles, self.rounds)
+        plan = plan_of(self.page.case, self.shapes, self.circles)
         ui.run_javascript(f"fragfieldMap({json.dumps(plan)})".replace("</", "<\\/"))
 
     async def judged(self) -> None:
         """Rules by mass as circles, and the whole map, after a change."""
         if (case := self.page.case.resolved()) is not None:
-            self.rounds = [{"kind": "round", "name": one.name, "points": [one.position[:2]]} for one in case.round]
+            with suppress(errors.InputError):  # which check says below
+                self.shapes = await run.io_bound(shapes_of, case)
         found = await run.io_bound(checked, self.page)
         rules = () if found is None or isinstance(found, str) else found.rules
         self.circles = [
@@ -108,12 +109,10 @@ class _Site:
         self.draw()
 
     def again(self) -> None:
-        """Show lists and map after a change."""
         self.lists.refresh()
         self.draw()
 
     def moved(self, event: GenericEventArguments) -> None:
-        """A mark was dragged, or moved by keys."""
         path, x, y = event.args
         clean = tuple(step if isinstance(step, int) else str(step) for step in path)
         if clean[:1] in (("exposed",), ("obstacle",)):
@@ -121,7 +120,6 @@ class _Site:
         self.again()
 
     def add(self, name: str) -> None:
-        """Put something new on the map."""
         table, values = _NEW[name]
         entries = self.page.case.get((table,), [])
         number = len(entries) if isinstance(entries, list) else 0

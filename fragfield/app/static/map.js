@@ -113,12 +113,10 @@
       const look = LOOK[one.kind];
       if (one.points.length === 1) {
         const [x, y] = place(one.points[0]);
-        named(make("path", one.kind === "round" ? {d: `M${x - 6} ${y}H${x + 6}M${x} ${y - 6}V${y + 6}`, stroke: look.stroke, "stroke-width": 2}
-          : {d: `M${x} ${y - 6}L${x + 6} ${y + 5}L${x - 6} ${y + 5}Z`, fill: look.fill, stroke: look.stroke}, svg), one.name);
+        named(make("path", {d: `M${x - 6} ${y}H${x + 6}M${x} ${y - 6}V${y + 6}`, stroke: look.stroke, "stroke-width": 2}, svg), one.name);
       } else {
-        if (one.width) make("path", {d: path(one.points, false), fill: "none", stroke: look.fill, "stroke-width": Math.max(one.width * k, 3), "stroke-linejoin": "round"}, svg);
         named(make("path", {d: path(one.points, one.closed), fill: one.closed && look.fill ? look.fill : "none", "fill-opacity": 0.55, stroke: look.stroke,
-          "stroke-width": look.width, "stroke-dasharray": one.sort === "barricade" ? "7 3" : ""}, svg), one.name);
+          "stroke-width": look.width}, svg), one.name);
       }
       if (one.kind === "terrain" && one.points.length < 8) continue;
       const middle = one.kind === "terrain" ? one.points[Math.floor(one.points.length / 2)] : [0, 1].map(i => one.points.reduce((s, p) => s + p[i], 0) / one.points.length);

@@ -172,7 +172,6 @@ def _section(
 
 
 def _once(sides: NDArray[Any]) -> NDArray[Any]:
-    """Faces or edges that belong to one cell alone."""
     _, first, counts = np.unique(np.sort(sides, axis=1), axis=0, return_index=True, return_counts=True)
     return sides[first[counts == 1]]
 

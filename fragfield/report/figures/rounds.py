@@ -94,7 +94,6 @@ class _Section:
         self.base = self.middle + self.scale * profile.max_radius
 
     def svg(self, centre: float, notes: Sequence[str]) -> str:
-        """The whole picture."""
         start, foot = self.left - 12, self.base + _FOOT + 10.0
         parts = [
             self._area(self.profile.outer, (0.0, self.profile.length), "casing"),
