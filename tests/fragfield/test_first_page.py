@@ -140,7 +140,7 @@ def test_wind_and_air_without_a_site(tmp_path, flight, wind, air):
     assert (wind_words(case), air_words(case)) == (wind, air)
 
 
-def test_names_are_no_mathematics():
+def test_names_are_neither_mathematics_nor_boxes():
     for name in ("rent 5 $ to 6 $", "lot $a^{b$", "$", r"a\$b$"):
         with drawing_style():
             figure, (axis,) = new_figure(height=1.0)
@@ -149,6 +149,12 @@ def test_names_are_no_mathematics():
             drawn = text._preprocess_math(text.get_text())  # what is drawn, and whether as mathematics
         assert drawn[1] is False
         assert drawn[0].replace("\\", "") == name.replace("\\", "")
+    with drawing_style():
+        korean, chinese, private = (plain_name(name) for name in ("학교", "学校", "shed \U0010f123"))
+    assert korean != chinese
+    assert private == "shed [10F123]"  # of private use: no font has it
+    with drawing_style():
+        assert plain_name("Haus 1, côté – Ω") == "Haus 1, côté – Ω"
 
 
 def test_figures_with_such_names_are_drawn(run):

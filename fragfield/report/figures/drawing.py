@@ -91,8 +91,19 @@ def drawing_style() -> Iterator[None]:
 
 
 def plain_name(name: str) -> str:
-    """A name from the case for matplotlib: "$" begins no mathematics."""
-    return name.replace("$", r"\$")
+    """A name from the case for matplotlib: "$" begins no mathematics, and letters without a glyph are code points.
+
+    So two names never look alike.
+    """
+    import matplotlib as mpl
+    from matplotlib.font_manager import findfont, get_font
+
+    fonts = [get_font(findfont(family)) for family in mpl.rcParams["font.family"]]
+    shown = (
+        letter if letter.isspace() or any(font.get_char_index(ord(letter)) for font in fonts) else f"[{ord(letter):X}]"
+        for letter in name
+    )
+    return "".join(shown).replace("$", r"\$")
 
 
 def new_figure(
