@@ -8,19 +8,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fragfield.errors import InputError
-from fragfield_base.arrays import numbers
-from fragfield_base.burst_snapshot import FUZE, GEOMETRIES, NODE_ARRAYS
 from fragfield_base.hdf5_files import reading
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
     from pathlib import Path
 
     import h5py
     from numpy.typing import NDArray
 
     from fragfield.results.burst import Burst as BurstPart
-    from transition.placement.mirroring import SymmetryPlane
+    from transition.snapshot import Snapshot
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,30 +46,18 @@ class Burst:
 
     Attributes
     ----------
-    time : float
-        Time at its end (s).
-    nodes : dict
-        `reference` and `position` (m), `velocity` (m/s) of the casings' nodes, (n, 3), or (n, 2) of a meridian.
-    cells : dict
-        Of the casings' cells (c,): `nodes` (c, 8), or (c, 4) of a meridian, and their state.
+    mesh : transition.Snapshot
+        Time (s), nodes and cells of the casings, planes of symmetry.
     history : dict
         Over `time` (s): `mean_casing_speed` (m/s), `outer_diameter` (m), energies (J) and `energy_error`.
     rounds : list of RoundTables
         By round: `name`, `attributes`, and `segments` and `along` as structured arrays.
-    planes : list of SymmetryPlane
-        Planes of symmetry, behind which mirrored rounds stand.
-    is_axisymmetric : bool
-        Whether the cells are those of a meridian.
     """
 
     part: BurstPart | None
-    time: float
-    nodes: dict[str, NDArray[np.float64]]
-    cells: dict[str, NDArray[Any]]
+    mesh: Snapshot
     history: dict[str, NDArray[np.float64]]
     rounds: list[RoundTables]
-    planes: list[SymmetryPlane]
-    is_axisymmetric: bool
 
     @property
     def summary(self) -> BurstPart:
@@ -82,27 +67,24 @@ class Burst:
         return self.part
 
     def __repr__(self) -> str:
-        return f"<fragfield.Burst to {self.time * 1e6:.4g} us: {self.summary.cells} cells>"
+        return f"<fragfield.Burst to {self.mesh.time * 1e6:.4g} us: {self.summary.cells} cells>"
 
 
 def read_burst(path: Path, summary: BurstPart | None) -> Burst:
     """Read burst_snapshot.h5; raises InputError where it is damaged or incomplete."""
+    from transition.errors import InputError as NotASnapshot
+    from transition.snapshot import Snapshot
+
     with reading(path, InputError, "run the stage that writes it again") as file:
         try:
-            geometry = str(_plain(file.attrs.get("geometry", "3d")))
-            nodes, cells = _mesh(file, str(path), GEOMETRIES.get(geometry, 4))
             groups = [file["rounds"][name] for name in sorted(file["rounds"], key=int)]
             return Burst(
                 part=summary,
-                time=float(file.attrs["time"]),
-                nodes=nodes,
-                cells=cells,
+                mesh=Snapshot.read(path),
                 history={name: data[()] for name, data in file.get("history", {}).items()},
                 rounds=[_round(group) for group in groups],
-                planes=[_plane(group) for group in file.get("planes", {}).values()],
-                is_axisymmetric=geometry == "axisymmetric",
             )
-        except (KeyError, OSError) as error:
+        except (KeyError, OSError, NotASnapshot) as error:
             raise InputError(f"{path}: not a complete burst snapshot: {error}; run `fragfield burst` again") from error
 
 
@@ -115,42 +97,6 @@ def _round(group: h5py.Group) -> RoundTables:
         explosive=str(of["explosive"]), profile=str(of.get("profile") or ""),
         segments=_strings(group["segments"][()]), along=group["along"][()], attributes=of,
     )  # fmt: skip
-
-
-def _mesh(file: h5py.File, where: str, corners: int) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Arrays of nodes and of cells: one length each, and no cell that names a node, part or round that is not there."""
-    for name in (*(f"nodes/{name}" for name in NODE_ARRAYS), "cells/nodes", "rounds"):
-        if name not in file:
-            raise KeyError(f"{name} is missing")
-    first = numbers(file, f"nodes/{NODE_ARRAYS[0]}", InputError, where, shape=(None, 3), finite=True)
-    nodes = {NODE_ARRAYS[0]: first}
-    for name in NODE_ARRAYS[1:]:
-        nodes[name] = numbers(file, f"nodes/{name}", InputError, where, shape=first.shape, finite=True)
-
-    def whole(name: str, shape: tuple[int | None, ...], most: int) -> NDArray[Any]:
-        key, kind = f"cells/{name}", "whole numbers"
-        return numbers(file, key, InputError, where, kind=kind, shape=shape, minimum=0, maximum=most)
-
-    cells = {"nodes": whole("nodes", (None, corners), len(first) - 1)}
-    most: Mapping[str, int] = {"part": FUZE, "round": len(file["rounds"]) - 1}
-    number = len(cells["nodes"])
-    for name, data in file["cells"].items():
-        if name in most:
-            cells[name] = whole(name, (number,), most[name])
-        elif name != "nodes":
-            if getattr(data, "shape", ())[:1] != (number,):
-                raise InputError(f"{where}: /cells/{name} has not one value for each of {number} cells")
-            cells[name] = data[()]
-    return nodes, cells
-
-
-def _plane(group: h5py.Group) -> SymmetryPlane:
-    from transition.placement.mirroring import SymmetryPlane
-
-    x, y, z = np.asarray(group.attrs["point"], dtype=float).tolist()
-    normal = np.asarray(group.attrs["normal"], dtype=float)
-    along_x, along_y, along_z = (normal / np.linalg.norm(normal)).tolist()
-    return SymmetryPlane(str(_plain(group.attrs["name"])), (x, y, z), (along_x, along_y, along_z))
 
 
 def _plain(value: object) -> Any:  # noqa: ANN401 - of HDF5

@@ -226,7 +226,11 @@ def _burst(folder: Path, mesh: dict[str, np.ndarray], names: list[str], places: 
         file["cells/nodes"], file["cells/part"] = mesh["cells"], mesh["part"].astype(np.uint8)
         for name in ("round", "segment", "station"):
             file[f"cells/{name}"] = mesh[name]
-        for name in ("mass", "plastic_shear_strain", "plastic_volumetric_strain"):
+        corners = mesh["reference"][mesh["cells"]]
+        ring = np.pi * corners[..., 0].mean(axis=1) * np.abs(np.cross(*_diagonals(corners)[..., ::2]))
+        density = np.where(mesh["part"] == 0, STEEL, FILL)
+        file["cells/mass"] = density * ring if corners.shape[1] == 4 else np.full(len(ring), 0.1)
+        for name in ("plastic_shear_strain", "plastic_volumetric_strain"):
             file[f"cells/{name}"] = np.full(len(mesh["part"]), 0.1)
         for index, (name, x) in enumerate(zip(names, places, strict=True)):
             group = file.create_group(f"rounds/{index}")
@@ -264,6 +268,10 @@ def _burst(folder: Path, mesh: dict[str, np.ndarray], names: list[str], places: 
         "products_balance": 0.998, "acceleration_complete": 1.1e-4, "acceleration_left": 0.1,
         "mean_speed_at_end": 1034.5, "rounds": each,
     }  # fmt: skip
+
+
+def _diagonals(corners: np.ndarray) -> np.ndarray:
+    return np.stack([corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]])
 
 
 def _masses() -> tuple[float, float]:

@@ -55,10 +55,10 @@ def test_results_are_arrays(done):
     assert len(run.realisations[1]) != 0
     assert run.landing.dtype == flight.LANDING
     assert len(run.hits) == run.summary.witness[0].hits
-    assert run.burst.time == pytest.approx(12e-6, rel=0.05)
-    assert run.burst.is_axisymmetric
-    assert run.burst.nodes["velocity"].shape == run.burst.nodes["position"].shape
-    assert run.burst.history["time"].max() == pytest.approx(run.burst.time)
+    assert run.burst.mesh.time == pytest.approx(12e-6, rel=0.05)
+    assert run.burst.mesh.is_axisymmetric
+    assert run.burst.mesh.velocity.shape == run.burst.mesh.position.shape
+    assert run.burst.history["time"].max() == pytest.approx(run.burst.mesh.time)
     assert [one.name for one in run.burst.rounds] == ["tube"]
     assert run.exposed == ()
     assert any("Warning" in text for text in run.findings)

@@ -57,8 +57,8 @@ def area_by_vtk(burst) -> float:
     """The same of VTK's own slice through an axis at y = 0."""
     import pyvista
 
-    position = burst.nodes["position"]
-    grid = pyvista.UnstructuredGrid({pyvista.CellType.HEXAHEDRON: burst.cells["nodes"]}, position)
+    position = burst.mesh.position
+    grid = pyvista.UnstructuredGrid({pyvista.CellType.HEXAHEDRON: burst.mesh.cells}, position)
     section = grid.slice(normal="y", origin=(0.0, 1e-4 * np.ptp(position[:, 1]), 0.0))
     return float(section.compute_cell_sizes()["Area"].sum())
 
@@ -69,7 +69,7 @@ def test_the_section_is_that_of_the_snapshot_halfway_and_at_the_end(run):
     before, section = burst_sections(files)
     assert before.time == pytest.approx(0.5 * END_TIME, rel=0.4)
     assert section.time == END_TIME
-    position, velocity = files.snapshot.nodes["position"], files.snapshot.nodes["velocity"]
+    position, velocity = files.snapshot.mesh.position, files.snapshot.mesh.velocity
     low, high = position.min(axis=0), position.max(axis=0)
     assert section.points.min(axis=0) == pytest.approx(low[[0, 2]], rel=1e-3)
     assert section.points.max(axis=0) == pytest.approx(high[[0, 2]], rel=1e-3)
@@ -102,7 +102,7 @@ def test_rounds_behind_planes_of_symmetry_are_shown_and_the_front_row_is_cut(tmp
 
 def test_an_axisymmetric_burst_is_shown_on_both_sides_of_its_axis(tmp_path, run):
     files = Run(write_run(tmp_path / "run", axisymmetric=True))
-    assert files.snapshot.is_axisymmetric
+    assert files.snapshot.mesh.is_axisymmetric
     solid = burst_sections(Run(run))[-1]
     sections = burst_sections(files)
     assert len(sections) == 2
@@ -110,7 +110,7 @@ def test_an_axisymmetric_burst_is_shown_on_both_sides_of_its_axis(tmp_path, run)
         assert section.points[:, 0].min() == pytest.approx(-section.points[:, 0].max(), rel=1e-9)
         assert ends(section.outline) == {2}
     assert sections[-1].points[:, 0].max() == pytest.approx(solid.points[:, 0].max(), rel=1e-3)
-    two = files.snapshot.nodes["position"][:, ::2][files.snapshot.cells["nodes"]]
+    two = files.snapshot.mesh.position[:, ::2][files.snapshot.mesh.cells]
     shoelace = np.cross(two[:, 2] - two[:, 0], two[:, 3] - two[:, 1])
     assert area(sections[-1]) == pytest.approx(np.abs(shoelace).sum(), rel=1e-9)  # twice the half of it
     assert sections[-1].speed.max() == pytest.approx(solid.speed.max(), rel=1e-3)

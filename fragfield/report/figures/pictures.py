@@ -112,18 +112,18 @@ def burst_sections(run: StoredRun) -> list[Section]:
 
     burst = run.snapshot
     assert burst is not None
-    points = burst.nodes["position"]
-    if burst.is_axisymmetric:
+    points = burst.mesh.position
+    if burst.mesh.is_axisymmetric:
         points = to_local(points, burst.rounds[0].position.tolist(), burst.rounds[0].axis.tolist())
-    cells = burst.cells["nodes"], burst.cells["part"]
-    sections = [_section(burst, str(run.path), burst.time, points, burst.nodes["velocity"], *cells)]
+    cells = burst.mesh.cells, burst.mesh.part
+    sections = [_section(burst, str(run.path), burst.mesh.time, points, burst.mesh.velocity, *cells)]
     path = run.path / "burst.xdmf"
     if path.is_file() and (run.path / "burst").is_dir():
         times = times_of_xdmf(path, InputError, _AGAIN)
-        if earlier := [time for time in times if 0.0 < time < 0.999 * burst.time]:
-            half = min(earlier, key=lambda time: abs(time - 0.5 * burst.time))
+        if earlier := [time for time in times if 0.0 < time < 0.999 * burst.mesh.time]:
+            half = min(earlier, key=lambda time: abs(time - 0.5 * burst.mesh.time))
             points, velocity, nodes, part = _read_time(path, times[half])
-            if burst.is_axisymmetric:
+            if burst.mesh.is_axisymmetric:
                 points = points @ FACING.T
             sections.insert(0, _section(burst, str(run.path), half, points, velocity, nodes, part))
     return sections
@@ -150,13 +150,13 @@ def _section(
     from transition.placement.mirroring import images
 
     count, speed = len(points), np.linalg.norm(velocity, axis=1)
-    copies = [points * (-1.0, 1.0, 1.0)] if burst.is_axisymmetric else []
-    copies += [points @ image.matrix.T + image.shift for image in images(burst.planes, where)]
+    copies = [points * (-1.0, 1.0, 1.0)] if burst.mesh.is_axisymmetric else []
+    copies += [points @ image.matrix.T + image.shift for image in images(burst.mesh.planes, where)]
     points = np.concatenate([points, *copies])
     speed = np.tile(speed, 1 + len(copies))
     cells = np.concatenate([cells + number * count for number in range(1 + len(copies))])
     casing = cells[np.tile(part, 1 + len(copies)) == _CASING]
-    if burst.is_axisymmetric:
+    if burst.mesh.is_axisymmetric:
         lines = points[_once(casing[:, [[0, 1], [1, 2], [2, 3], [3, 0]]].reshape(-1, 2))][:, :, ::2]
         off_axis = np.abs(lines[..., 0]).max(axis=1) > _ON_AXIS
         return Section(time, points[:, ::2], cells[:, _TRIANGLES].reshape(-1, 3), speed, lines[off_axis])
@@ -198,7 +198,7 @@ def _axis_of_section(burst: Burst, where: str) -> float:
     centres = []
     for item in burst.rounds:
         centre = item.position + 0.5 * item.length * item.axis / np.linalg.norm(item.axis)
-        centres += [centre, *(image.place(centre) for image in images(burst.planes, where))]
+        centres += [centre, *(image.place(centre) for image in images(burst.mesh.planes, where))]
     places = [float(centre[1]) for centre in centres]
     middle = 0.5 * (min(places) + max(places))
     # Of two rounds equally near the front one is cut.
