@@ -73,30 +73,16 @@ class PassedThrough(Part):
     largest_beyond_planes: float = out("Largest mass of casings beyond planes", "kg")
     largest_in_other_rounds: float = out("Largest mass of casings within other rounds", "kg")
     largest_together: float = out("Largest of all outputs, both together", "kg")
-    deepest_beyond_plane: float = out("Deepest node of a casing beyond a plane, at the outputs", "m")
 
 
 class BurstContact(Part):
     """Contact of charges and casings, and between surfaces."""
 
-    bonded: int = out("Contacts of charge and casing: bonded")
-    touching: int = out("– pressing and sliding")
-    off_surface: int = out("– that have slid off an edge")
-    spring_energy: float = out("Energy in the springs of contact", "J")
-    friction_heat: float = out("Heat of friction", "J")
-    work: float = out("Work of contact's forces on charges and casings", "J")
-    gain: float = out(
-        "Energy that contact has made (lost: negative)", "J", note="Work, springs and friction add up to it"
-    )
+    gain: float = out("Energy that contact has made (lost: negative)", "J")
     max_interface_penetration_at_front: float = out("Largest overlap of charge and casing, while a front passes", "m")
     max_interface_penetration: float = out("– afterwards", "m")
     max_collision_penetration: float = out("Largest overlap of colliding surfaces", "m")
     max_plane_penetration: float = out("Largest overlap with a plane", "m")
-    max_interior_collision_penetration: float = out(
-        "Deepest interior node of a casing behind another round's surface", "m"
-    )
-    max_interior_plane_penetration: float = out("Deepest interior node of a casing behind a plane", "m")
-    searches: int = out("Searches for colliding surfaces")
 
 
 class Ignition(Part):
@@ -175,7 +161,6 @@ class Burst(Part):
     lost_cells: int = out("Lost cells", views="terminal sweep")
     folded_cells: int = out("Cells folded at the end, torn metal apart")
     folded_casing_mass: float = out("Mass of the casing in them", "kg")
-    released_cells: int = out("Cells of torn metal and crushed products at the end")
     released_casing_mass: float = out("Mass of the casing in them", "kg")
     passed_through: PassedThrough
     energy_error_at_checks: float = out("The same at multiples of 10 us alone")
@@ -183,7 +168,6 @@ class Burst(Part):
     contact_error: float = out("Largest energy that contact has made or lost, over the work done")
     contact_error_at_end: float = out("The same at the end; warned above 1 %, a stop above `burst.energy_tolerance`")
     momentum_error: float = out("Drift of momentum", views="sweep")
-    max_penetration: float | None = out("Largest overlap in contact", "m", note="Null without contact")
     contact: BurstContact
     cell_size: float = out("Cell size", "m")
     steps: int = out(
