@@ -239,7 +239,7 @@ def test_the_browser_is_closed_and_the_run_is_stopped_and_resumed(application):
     page.wait_for_selector("[data-state=running]")
     page.context.close()
     page = application.page(f"/run?case={name}")
-    page.wait_for_selector(".bar")
+    page.wait_for_selector(".stage .q-linear-progress")
     page.wait_for_timeout(3000 * PATIENCE)
     page.locator("[data-act=cancel]").click()
     page.wait_for_selector("[data-state=stopped]", timeout=120_000 * PATIENCE)

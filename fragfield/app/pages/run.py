@@ -262,8 +262,7 @@ def _stages(job: Job) -> None:
             with box("stage"):
                 words = "flight" if name == "fly" else name
                 ui.label(words)
-                with box("bar").props(f'role=progressbar aria-valuenow={share:.0f} aria-label="{words}"'):
-                    box().style(f"width:{share:.1f}%")
+                ui.linear_progress(share / 100.0, show_value=False, size=".7rem").props(f'aria-label="{words}"')
                 if index == at and share < 100.0:
                     left = "" if now.seconds_left is None else duration(now.seconds_left)
                     note(f"{now.detail} {left}".strip(), "detail")
