@@ -155,7 +155,6 @@ def test_four_shells_at_a_workshop_on_terrain(application):
     page.get_by_role("button", name="Zoom out").click(click_count=3)
     drag(page, "person", 250, -200)
     page.goto(f"{application.base}/result?case=four.toml")
-    page.get_by_role("tab", name="Map").click()
     page.locator("[data-act=fly]").click()
     page.wait_for_url("**/run?**")
     run_to_its_end(page, 400).get_by_role("link").click()

@@ -1,8 +1,8 @@
-"""Page 6, the result of a run: the decision with the report, the map, and the files."""
+"""Page 6, the result of a run: the decision, report and map, flight alone again, and the files."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 from urllib.parse import quote
 
 from nicegui import run as threads
@@ -18,7 +18,6 @@ from fragfield.numbers import SPACE
 from fragfield.results.words import headline, rounded_metres
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
     from pathlib import Path
 
     from fragfield.app.page import CasePage
@@ -38,29 +37,32 @@ def content(page: CasePage, run: str = "") -> None:
     if names:
         options = names if not chosen or chosen in names else [chosen, *names]
         with box("choices"):
-            choose(
-                "Run", options, chosen or None,
-                lambda name: ui.navigate.to(page.address("result", run=name)),
-            )  # fmt: skip
+            choose("Run", options, chosen or None, lambda name: ui.navigate.to(page.address("result", run=name)))
     if not chosen:
         note("This case has not been run yet: page 5 runs it.", "meaning")
         return
     try:
         found = fragfield.open(space.inside(chosen))
-        part = _Parts(page, chosen, found)
+        summary = found.summary
     except fragfield.InputError as error:
         note(str(error), "fault")
         return
     if page.document is not None:
         _mark_changes(page, RunDirectory(found.path))
-    parts = (part.decision, part.map, part.files)
-    with ui.tabs().props("no-caps align=left inline-label outside-arrows mobile-arrows") as tabs:
-        for build in parts:
-            ui.tab(build.__name__, build.__name__.capitalize())
-    with ui.tab_panels(tabs, value="decision", animated=False).style("width:100%").props("keep-alive=false"):
-        for build in parts:
-            with ui.tab_panel(build.__name__).style("padding:.6rem 0"):
-                _when_seen(tabs, build)
+    with box("columns"):
+        with box(tag="section"):
+            _decision(summary)
+        with box(tag="section"):
+            heading("Exposed sites")
+            _verdicts(summary)
+    with box("choices"):
+        for file in ("report.html", "map.html"):
+            if (found.path / file).is_file():
+                ui.link(f"Open {file}", _address(chosen, file), new_tab=True)
+    if page.document is not None:
+        _again(page, chosen)
+    heading("Files")
+    _files(chosen, found.path)
 
 
 def _mark_changes(page: CasePage, run: RunDirectory) -> None:
@@ -87,96 +89,58 @@ def _mark_changes(page: CasePage, run: RunDirectory) -> None:
     page.follow(judged)
 
 
-def _when_seen(tabs: ui.tabs, build: Callable[[], None]) -> None:
-    place = box().style("width:100%")
-
-    def show() -> None:
-        if (tabs.value or "decision") == build.__name__ and not place.default_slot.children:
-            with place:
-                build()
-
-    show()
-    tabs.on_value_change(show)
+def _address(run: str, file: str) -> str:
+    return f"/files/{quote(run)}/{quote(file)}"
 
 
-class _Parts:
-    def __init__(self, page: CasePage, name: str, found: Any) -> None:  # noqa: ANN401 - a run
-        self.page, self.name, self.run = page, name, found
-        self.path: Path = found.path
-        self.summary: Summary = found.summary
+def _decision(summary: Summary) -> None:
+    if to_apply := summary.distance_to_apply:
+        heading(to_apply.line.partition(": ")[0])
+        note(to_apply.distances.replace(" m ", f"{SPACE}m "), "number").props("data-box=to_apply")
+        for words in to_apply.words:
+            note(words)
+    shown = headline(summary.hazard)
+    heading(shown.label)
+    note(f"{shown.value} {shown.unit}".rstrip(), "number").props("data-box=recommended")
+    note(shown.note, "meaning" if shown.unit else "fault")
 
-    def _address(self, file: str) -> str:
-        return f"/files/{quote(self.name)}/{quote(file)}"
 
-    def _framed(self, file: str) -> None:
-        if not (self.path / file).is_file():
-            note(f"The run has no {file} (yet).", "meaning")
-            return
-        ui.link(f"Open {file} alone", self._address(file), new_tab=True)
-        ui.element("iframe").props(f'src="{self._address(file)}" title="{file}" loading=lazy')
-
-    def decision(self) -> None:
-        """The recommended distance, the verdicts, what it is not to fall below; then the report itself."""
-        with box("columns"):
-            with box(tag="section"):
-                if to_apply := self.summary.distance_to_apply:
-                    heading(to_apply.line.partition(": ")[0])
-                    note(to_apply.distances.replace(" m ", f"{SPACE}m "), "number").props("data-box=to_apply")
-                    for words in to_apply.words:
-                        note(words)
-                shown = headline(self.summary.hazard)
-                heading(shown.label)
-                note(f"{shown.value} {shown.unit}".rstrip(), "number").props("data-box=recommended")
-                note(shown.note, "meaning" if shown.unit else "fault")
-            with box(tag="section"):
-                heading("Exposed sites")
-                self._verdicts()
-        heading("Report")
-        if self.page.document is not None:
-            self._document(self.page)
-        self._framed("report.html")
-
-    def _document(self, page: CasePage) -> None:
-        """Number and names of the report, written into it; its pages hold them, with the digest of the numbers."""
-        case = page.case.name
-        note(
-            "Number and names stand in the report once it is written with them; every printed page holds the number "
-            "and the SHA-256 of the run's numbers. Sign the print, or the PDF of it.",
-            "meaning",
+def _verdicts(summary: Summary) -> None:
+    rows = [
+        (
+            entry.name, Raw(f'<span class="verdict {entry.verdict.replace(" ", "-")}">{entry.verdict}</span>'),
+            criterion_words(entry), f"{rounded_metres(entry.distance)} m",
         )
-        form(page, ("document",), only=("number", "revision", "prepared_by", "reviewed_by", "approved_by"))
-        title = f"{case}: report"
-        command = ["report", case, "--out", self.name]
-        with box("choices"):
-            act("Write the report with them", "write-report", lambda: page.compute(title, self.name, command))
-
-    def _verdicts(self) -> None:
-        rows = []
-        for entry in self.summary.exposed or ():
-            verdict = entry.verdict
-            mark = Raw(f'<span class="verdict {verdict.replace(" ", "-")}">{verdict}</span>')
-            rows.append((entry.name, mark, criterion_words(entry), f"{rounded_metres(entry.distance)} m"))
-        if not rows:
-            note("The case has none.", "meaning")
-            return
+        for entry in summary.exposed or ()
+    ]  # fmt: skip
+    if rows:
         html(facts(rows, ("Place", "Verdict", "Criterion", "Distance")))
+    else:
+        note("The case has none.", "meaning")
 
-    def map(self) -> None:
-        """The map of the run; after a place was moved, flight and hazard alone are computed again."""
-        page = self.page
-        if page.document is not None:
-            case = page.document.name
-            commands = [[command, case, "--out", self.name] for command in ("fly", "report")]
-            title = f"{case}: flight and hazard again"
-            with box("choices"):
-                ui.link("Move places on the map of page 4", page.address("site"))
-                act("Compute flight and hazard alone again", "fly", lambda: page.compute(title, self.name, *commands))
-        self._framed("map.html")
 
-    def files(self) -> None:
-        with box("list", "ul"):
-            for file in sorted(one for one in self.path.iterdir() if one.is_file() and not one.name.startswith(".")):
-                with box(tag="li"):
-                    ui.link(file.name, f"{self._address(file.name)}?save=1")
-                    note(f"{file.stat().st_size / 1e3:,.0f} kB")
-        note(f"Folder: {self.path}")
+def _again(page: CasePage, run: str) -> None:
+    """Write the report with its number and names, or fly again after a place was moved."""
+    case = page.case.name
+    heading("Report")
+    note(
+        "Number and names stand in the report once it is written with them; every printed page holds the number "
+        "and the SHA-256 of the run's numbers. Sign the print, or the PDF of it.",
+        "meaning",
+    )
+    form(page, ("document",), only=("number", "revision", "prepared_by", "reviewed_by", "approved_by"))
+    fly, report = ([command, case, "--out", run] for command in ("fly", "report"))
+    with box("choices"):
+        act("Write the report with them", "write-report", lambda: page.compute(f"{case}: report", run, report))
+        title = f"{case}: flight and hazard again"
+        act("Compute flight and hazard alone again", "fly", lambda: page.compute(title, run, fly, report))
+        ui.link("Move places on the map of page 4", page.address("site"))
+
+
+def _files(run: str, path: Path) -> None:
+    with box("list", "ul"):
+        for file in sorted(one for one in path.iterdir() if one.is_file() and not one.name.startswith(".")):
+            with box(tag="li"):
+                ui.link(file.name, f"{_address(run, file.name)}?save=1")
+                note(f"{file.stat().st_size / 1e3:,.0f} kB")
+    note(f"Folder: {path}")
