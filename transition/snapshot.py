@@ -14,6 +14,7 @@ from fragfield_base.burst_snapshot import (
     CASING,
     FORMAT,
     FORMAT_VERSION,
+    FUZE,
     GEOMETRIES,
     NODE_ARRAYS,
     SEGMENT_COLUMNS,
@@ -177,7 +178,7 @@ def _read(cls: type[Snapshot], file: h5py.Group, source: str) -> Snapshot:
         position=_reals(file, "nodes/position", source),
         velocity=_reals(file, "nodes/velocity", source),
         cells=_wholes(file, "cells/nodes", source),
-        part=_wholes(file, "cells/part", source),
+        part=_wholes(file, "cells/part", source, (0, FUZE)),
         round=_wholes(file, "cells/round", source),
         segment=_wholes(file, "cells/segment", source),
         station=_reals(file, "cells/station", source),
@@ -260,9 +261,13 @@ def _reals(file: h5py.Group, path: str, where: str) -> NDArray[np.float64]:
     return np.ascontiguousarray(numbers(file, path, InputError, where), dtype=np.float64)
 
 
-def _wholes(file: h5py.Group, path: str, where: str) -> NDArray[np.int64]:
+def _wholes(
+    file: h5py.Group, path: str, where: str, span: tuple[float | None, float | None] = (None, None)
+) -> NDArray[np.int64]:
     _child(file, path, where)
-    return np.ascontiguousarray(numbers(file, path, InputError, where, kind="whole numbers"), dtype=np.int64)
+    kind = "whole numbers"
+    found = numbers(file, path, InputError, where, kind=kind, minimum=span[0], maximum=span[1])
+    return np.ascontiguousarray(found, dtype=np.int64)
 
 
 def _check(snapshot: Snapshot) -> None:
