@@ -84,7 +84,9 @@ def read_burst(path: Path, summary: BurstPart | None) -> Burst:
                 history={name: data[()] for name, data in file.get("history", {}).items()},
                 rounds=[_round(group) for group in groups],
             )
-        except (KeyError, OSError, NotASnapshot) as error:
+        except NotASnapshot as error:
+            raise InputError(f"{error}; run `fragfield burst` again") from None
+        except (KeyError, OSError) as error:
             raise InputError(f"{path}: not a complete burst snapshot: {error}; run `fragfield burst` again") from error
 
 
