@@ -240,7 +240,7 @@ def view(call: Call, run: CaseOrRun) -> Given:
 
 @command()
 def tables(call: Call, run: RunFolder, *, out: File | None = None) -> Given:
-    """Write all tables of a run into one workbook, the first sheet of which says what they are.
+    """Write the results in numbers and all tables of a run into one workbook.
 
     Parameters
     ----------

@@ -82,7 +82,7 @@ class Run(StoredRun):
         return {name: what for name, (file, what) in TABLES.items() if (self.path / file).is_file()}
 
     def write_tables(self, path: str | os.PathLike[str]) -> Path:
-        """Write all tables into one workbook (.xlsx), the first sheet of which says what they are.
+        """Write the results in numbers and all tables into one workbook (.xlsx).
 
         Raises
         ------
