@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from html import escape
+from importlib import import_module
 from typing import TYPE_CHECKING, Any
 from urllib.parse import urlencode
 
@@ -11,13 +12,13 @@ from nicegui import run, ui
 from fragfield.app.document import steps_of
 from fragfield.case.faults import Fault
 from fragfield.case.keys import key_path
-from fragfield.errors import message_of
+from fragfield.errors import InputError, message_of
+from fragfield.report.figures.rounds import PATTERNS
 from fragfield_base import errors
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
     from pathlib import Path
-    from typing import Any
 
     from nicegui.element import Element
 
@@ -28,14 +29,6 @@ class Raw(str):
     """Text that is HTML already."""
 
     __slots__ = ()
-
-
-def set_defaults() -> None:
-    """How fields and buttons look on every page."""
-    ui.button.default_props("no-caps")
-    ui.toggle.default_props("no-caps dense")
-    for kind in (ui.input, ui.number, ui.select):
-        kind.default_props("outlined dense stack-label options-dense")
 
 
 def box(kind: str = "", tag: str = "div") -> Element:
@@ -282,3 +275,41 @@ def _is_seen(element: Element) -> bool:
     """Whether an element has room for words, and no part of the page that holds it is closed."""
     folds = [one for one in element.ancestors() if isinstance(one, ui.expansion)]
     return hasattr(element, "error") and all(one.value for one in folds)
+
+
+def add_pages(session: Session) -> None:
+    """Make the addresses of all pages."""
+    ui.button.default_props("no-caps")
+    ui.toggle.default_props("no-caps dense")
+    for kind in (ui.input, ui.number, ui.select):
+        kind.default_props("outlined dense stack-label options-dense")
+    ui.add_head_html('<link rel="stylesheet" href="/static/app.css">', shared=True)
+    ui.add_body_html(PATTERNS, shared=True)
+    ui.add_body_html('<script src="/static/app.js"></script><script src="/static/map.js"></script>', shared=True)
+    for name in PAGES:
+        _add(session, name)
+
+    @ui.page("/")
+    def first() -> None:
+        ui.navigate.to("/start")
+
+
+def _add(session: Session, name: str) -> None:
+    @ui.page(f"/{name}")
+    def show(case: str = "", key: str = "", run: str = "") -> None:
+        content = import_module(f"fragfield.app.pages.{name}").content
+        try:
+            document = session.open(case) if case else None
+        except InputError as error:
+            page = CasePage(session, "start", None)
+            with box("content"):
+                note(str(error), "fault")
+                ui.link("Start", "/start")
+            return
+        if document is None and name != "start" and not run:
+            ui.navigate.to("/start")
+            return
+        page = CasePage(session, name, document, key)
+        with box(f"content page-{name}"):
+            content(page, run) if name == "result" else content(page)
+        page.start()

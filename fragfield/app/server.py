@@ -200,7 +200,7 @@ def application(session: Session, *, token: str, port: int, hosts: tuple[str, ..
     from fastapi.staticfiles import StaticFiles
     from nicegui import ui
 
-    from fragfield.app.pages import add_pages
+    from fragfield.app.page import add_pages
 
     app = FastAPI(docs_url=None, redoc_url=None, openapi_url=None)
     add_files(app, session)
