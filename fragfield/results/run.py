@@ -25,8 +25,6 @@ if TYPE_CHECKING:
     from fragfield.case.tables.flight import HazardTable
     from fragfield.case.tables.surroundings import DocumentTable
     from fragfield.interface.burst import Burst, RoundTables
-    from fragfield.results.rules import Official
-    from fragfield.results.site import ExposedSite
     from fragfield.results.summary import Summary
     from fragfield.results.uncertainty import UncertaintyResult
 
@@ -111,16 +109,6 @@ class StoredRun:
         from flight.files.hdf5 import read_table
 
         return read_table(self._file("hits.h5", "fly"), "hits")[0]
-
-    @property
-    def exposed(self) -> tuple[ExposedSite, ...]:
-        """Exposed sites with their densities and verdicts."""
-        return self.summary.exposed or ()
-
-    @property
-    def official(self) -> Official | None:
-        """The case's official distances (m); None where it has none."""
-        return self.summary.official
 
     def _file(self, name: str, stage: str) -> Path:
         path = self.path / name

@@ -211,7 +211,7 @@ def test_every_view_of_a_run_shows_the_distance_to_apply(run):
     assert summary["official"]["hazardous_fragment_distance"] == 9000.0
     assert summary["distance_to_apply"]["line"] == line
     opened = fragfield.open(folder)
-    assert to_json(opened.official) == summary["official"]
+    assert to_json(opened.summary.official) == summary["official"]
     found = opened.hazard.to_apply
     assert to_json(found) == summary["distance_to_apply"]
     assert found.computed == summary["hazard"]["recommended"]
