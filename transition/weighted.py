@@ -43,8 +43,8 @@ if TYPE_CHECKING:
 
 SLOPES = 2
 """First impacts on the ground or an obstacle whose facets' slopes are coordinates too."""
-COPIES, MOST_COPIES = 4, 32
-"""Of a fragment of the mean mass that leaves near the level after it has met others, and of the heaviest."""
+COPIES, MOST_COPIES = 8, 32
+"""Of a fragment of the mean mass that leaves level and met others, and of the heaviest."""
 _COORDINATES = 7 + SLOPES
 _LEVEL = math.radians(1.5)  # half-width of the Lorentz curve about the level
 _NATURAL = 0.25  # fraction of the fragments that leave near the level with a direction as the scatter has it
@@ -61,6 +61,14 @@ class WeightedFragments(NamedTuple):
     """(n,) float64: fragments that each stands for."""
     slopes: Array
     """(n, SLOPES) float64: slopes of the facets that it meets first, over the surface's roughness."""
+
+    @classmethod
+    def concatenate(cls, parts: Sequence[WeightedFragments]) -> WeightedFragments:
+        """All of several sets, one set after the other."""
+        from flight.fragments import Fragments
+
+        number, slopes = (np.concatenate([one[field] for one in parts]) for field in (1, 2))
+        return cls(Fragments.concatenate([one.fragments for one in parts]), number, slopes)
 
 
 def unit_points(number: int, points: int) -> Array:
@@ -250,9 +258,9 @@ def spread_out(
     """Fragments that have met others, each with several elevations about its own.
 
     The elevations scatter by `width` (rad), and first move towards the mean of their group, whose number is in `groups`
-    (n,), by as much as keeps its variance (West 1993). A fragment of the mean mass near the level becomes `COPIES`,
-    others a power of two in proportion to their mass, since the heavy ones decide distances; most are aimed at the
-    level.
+    (n,), by as much as keeps its variance (West 1993). A level one of the mean mass becomes `COPIES`, others a power of
+    two in proportion to their mass, since the heavy ones decide distances, and to the density with which they come to
+    the level; most are aimed there.
     """
     mass, speed = fragments.mass, np.linalg.norm(fragments.velocity, axis=1)
     heading = np.arctan2(fragments.velocity[:, 1], fragments.velocity[:, 0])
@@ -263,8 +271,8 @@ def spread_out(
     narrower = np.sqrt(1.0 - width**2 / np.where(spread, squared[groups], np.inf))
     elevation = mean + narrower * (elevation - mean)
     level = spread & (np.abs(elevation) < _REACH * width + _LEVEL)
-    wanted = np.clip(COPIES * mass / mass.mean(), 1.0, MOST_COPIES)
-    times = np.where(level, 2 ** np.round(np.log2(wanted)).astype(np.int64), 1)
+    wanted = COPIES * mass / mass.mean() * np.exp(-0.5 * (elevation / max(width, 1e-9)) ** 2)
+    times = np.where(level, 2 ** np.round(np.log2(np.clip(wanted, 1.0, MOST_COPIES))).astype(np.int64), 1)
     which = np.repeat(np.arange(len(speed)), times)
     number = np.arange(len(which)) - np.repeat(np.cumsum(times) - times, times)
     points = _sobol(1 + SLOPES, MOST_COPIES, 0)[number] + generator.random((len(speed), 1 + SLOPES))[which]
@@ -348,8 +356,8 @@ def _aimed_at_level(
     low, high = (np.arctan(np.clip(before + sign * _REACH * scatter, -1.5, 1.5) / _LEVEL) for sign in (-1.0, 1.0))
     elevation = np.where(aim, _LEVEL * np.tan(low + np.clip(share, 0.0, 1.0) * (high - low)), others)
     inside = np.abs(elevation - before) <= _REACH * scatter
-    with np.errstate(divide="ignore", invalid="ignore"):
-        return elevation, np.where(inside, _LEVEL / (_LEVEL**2 + elevation**2) / (high - low), 0.0)
+    width = np.maximum(high - low, 1e-300)
+    return elevation, np.where(inside, _LEVEL / (_LEVEL**2 + elevation**2) / width, 0.0)
 
 
 def _turned(vectors: Array, about: Array) -> Array:

@@ -1,8 +1,8 @@
 """The expected density from flights of weighted fragments, where the scene does not admit the integral.
 
 They are flown in sets with fixed seeds, so that the case's seed is not in the distance: eight sets of a number for each
-round and tolerance. Where fragments of different rounds may strike each other a set is a realisation of the break-up
-instead, whose fragments have met; then each becomes several, of other elevations and with weights.
+round and tolerance. Where fragments of different rounds may strike each other a set is of few, flown without contact,
+and of what contact changes in a realisation of the break-up, whose struck fragments become several of other elevations.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from fragfield.case.conversion.turned import Arrangement
 from fragfield.pipeline.flown import above_ground
 from fragfield.pipeline.integral import Solved, worst_attitudes
 from transition.placement.isometry import Isometry
-from transition.weighted import unit_points
+from transition.weighted import WeightedFragments, unit_points
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from fragfield.case import CaseTable
     from fragfield.case.conversion.turned import Turned
     from transition import BreakUp
-    from transition.weighted import Casings, WeightedFragments
+    from transition.weighted import Casings
 
 
 SETS = 8
@@ -48,7 +48,9 @@ SEARCHED, FEWEST_SEARCHED, WORST = 8, 2**11, 4
 _EXPANSION = 1.0  # m of two casings until they break up, with room
 MET, _MORE = 24, 8
 """Realisations whose fragments meet: the fewest for the usual tolerance, and the fewest more."""
-_SMOOTHED = 0.5  # of the scatter of directions: the width by which elevations are smoothed after contact
+BESIDE = 2**12
+"""Fragments of a set for each round that fly without contact beside such a realisation."""
+_SMOOTHED = 0.75  # of the scatter of directions: the width by which elevations are smoothed after contact
 _SEED = 0x5EED
 
 
@@ -129,14 +131,18 @@ class WeightedFlights:
         return Solved(expected_of(parts, directions, hazard_criteria(self.case)), None, completeness=completeness)
 
     def _met(self) -> Solved:
-        """By realisations whose fragments have met: more, until the distance is known to the tolerance."""
+        """By sets with a realisation whose fragments meet: more, until the distance is known to the tolerance."""
+        points = 2 ** math.ceil(math.log2(BESIDE * len(self.broken.rounds)))
+        casings = self._casings
 
         def flown(number: int) -> WeightedCounts:
             arguments = self._arguments(number)
             fragments = above_ground(self.broken.fragments(_SEED, number), arguments["ground"], warn=False)
             width = _SMOOTHED * self.broken.settings.direction_scatter
             generator = np.random.default_rng([_SEED, number])
-            return self._flown(number, after_contact(fragments, width, generator, **arguments, threads=1), 1)
+            alone = casings[number % SETS].at(unit_points(number, points))
+            parts = alone, *by_contact(fragments, width, generator, **arguments)
+            return self._flown(number, WeightedFragments.concatenate(parts), 1)
 
         parts: list[WeightedCounts] = []
         tolerance, most = self.case.hazard.tolerance, max(SETS, self.case.hazard.max_realisations)
@@ -167,13 +173,13 @@ class WeightedFlights:
         )  # fmt: skip
 
 
-def after_contact(
+def by_contact(
     fragments: Fragments, width: float, generator: np.random.Generator, **flight_arguments: Any
-) -> WeightedFragments:
-    """Fragments after their last contact with each other, with elevations smoothed by a width (rad).
+) -> tuple[WeightedFragments, ...]:
+    """What contact changes: the fragments that it struck as they fly on after their last one, less them as launched.
 
-    Those of a segment that were struck are one group, and those that were not. `flight_arguments`: of `flight.fly`,
-    with contact.
+    All others fly as without contact. The numbers of the second are negative; both have their elevations smoothed by
+    a width (rad). `flight_arguments`: of `flight.fly`, with contact.
     """
     from flight import CONTACTS, Domain, fly
     from flight.integrate.contact import legs_between
@@ -181,10 +187,15 @@ def after_contact(
 
     origin = flight_arguments.get("origin", (0.0, 0.0))
     farthest = float(np.linalg.norm(fragments.position[:, :2] - origin, axis=1).max())
-    near = fly(fragments, **flight_arguments, domain=Domain(radius=farthest + flight_arguments["contact"].distance))
-    contacts = np.zeros(0, dtype=CONTACTS) if near.contacts is None else near.contacts
-    legs = legs_between(fragments, contacts)
+    domain = Domain(radius=farthest + flight_arguments["contact"].distance)
+    near = fly(fragments, **flight_arguments, threads=1, domain=domain)
+    legs = legs_between(fragments, np.zeros(0, dtype=CONTACTS) if near.contacts is None else near.contacts)
+    struck = near.landing["time"] >= legs.clock[legs.first[:-1], 1]
+    if not struck.any():
+        return ()
     last = legs.last(near.landing)
-    struck = np.diff(legs.first)[legs.owner[last]] > 1
-    groups = np.unique(np.column_stack([fragments.segment[legs.owner[last]], struck]), axis=0, return_inverse=True)[1]
-    return spread_out(legs.fragments.select(last), groups.ravel(), width, generator)
+    after, launched = (
+        spread_out(one, one.segment.astype(np.int64), width, generator)
+        for one in (legs.fragments.select(last[struck[legs.owner[last]]]), fragments.select(struck))
+    )
+    return after, launched._replace(number=-launched.number)

@@ -12,6 +12,7 @@ from scipy.special import ndtr, ndtri
 import flight
 from flight.fluence import PolarGrid, Weights
 from flight.hazard.criteria import Criteria
+from flight.hazard.density.density_counts import density_counts
 from flight.hazard.density.directions import Directions
 from flight.hazard.density.expected import expected_distance
 from flight.hazard.integral import integrate
@@ -22,16 +23,17 @@ from fragfield.case import load_case
 from fragfield.case.conversion.turned import Arrangement
 from fragfield.pipeline.flown import above_ground
 from fragfield.pipeline.integral import Integrand, why_not_integrated
-from fragfield.pipeline.weighted import WeightedFlights, after_contact, may_meet, why_not_weighted
+from fragfield.pipeline.weighted import WeightedFlights, by_contact, may_meet, why_not_weighted
 from tests.fragfield.short_run import ROOT
 from tests.transition.meridian import Meridian
 from transition import BreakUp, BreakUpSettings
-from transition.weighted import spread_out
+from transition.weighted import SLOPES, WeightedFragments, spread_out
 
 GRID = PolarGrid.of(72, 10.0, 10.0, 600.0)
 CRITERIA = Criteria()
 SETS, POINTS, REALISATIONS = 8, 2**12, 60
 SLOPE = 0.02
+CONTACT, BESIDE = flight.Contact(between="rounds"), np.array([0.2, 0.0, 0.0])
 
 
 def hill():
@@ -266,36 +268,55 @@ def test_a_fragment_flies_on_after_its_last_contact():
     assert legs.fragments.velocity[legs.last(landing), 0].tolist() == [2.0, 100.0, 6.0]
 
 
-def test_fragments_that_meet_no_other_fly_on():
-    """Those of one round alone."""
-    fragments = flight.Fragments([0.01] * 4, 1.0 + np.eye(4, 3), [[900.0, 0.0, 300.0]] * 4, 2600.0, [0, 0, 0, 0])
-    made = after_contact(fragments, 0.05, np.random.default_rng(0), contact=flight.Contact(between="rounds"))
-    assert made.fragments.velocity == pytest.approx(fragments.velocity)
-    assert made.number.tolist() == [1.0] * 4
+def pair(source, number):
+    """A realisation of two rounds side by side."""
+    one, other = source.fragments(1, number), source.fragments(2, number)
+    return flight.Fragments(
+        np.concatenate([one.mass, other.mass]),
+        np.concatenate([one.position, other.position + BESIDE]),
+        np.concatenate([one.velocity, other.velocity]), 2600.0, np.repeat([0, 1], [len(one), len(other)]),
+        round_names=(source.rounds[0].name, "beside"),
+    )  # fmt: skip
+
+
+def counted(parts):
+    made = WeightedFragments.concatenate(parts)
+    return count_weighted(made.fragments, Weights(made.number, made.slopes), GRID, CRITERIA, ricochet="none").whole
+
+
+def test_contact_changes_no_fragment_that_it_does_not_strike(broken):
+    """Of the same draws: all fragments without contact, and the difference by contact, are those flown with it."""
+    fragments, generator = pair(broken, 0), np.random.default_rng(0)
+    result = flight.fly(fragments, contact=CONTACT, ricochet="none", fluence=CRITERIA.fluence_grid(GRID))
+    number = len(fragments)
+    free = WeightedFragments(fragments, np.ones(number), np.zeros((number, SLOPES)))
+    after, launched = by_contact(fragments, 0.0, generator, contact=CONTACT, ricochet="none")
+    assert 0 < len(launched.fragments) < 0.5 * number
+    beyond = np.searchsorted(GRID.edges, 10.0)  # legs between contacts end before
+    for whole, alone, expected in zip(
+        counted([free, after, launched]), counted([free]), density_counts(result), strict=True
+    ):
+        assert whole[:, beyond : expected.shape[1]] == pytest.approx(expected[:, beyond:], abs=1e-6)
+        assert np.abs(alone[:, beyond : expected.shape[1]] - expected[:, beyond:]).max() > 0.5
+    none = fragments.select(fragments.round == 0)
+    assert by_contact(none, 0.05, generator, contact=CONTACT) == ()
 
 
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::flight.FlightWarning")
-def test_fragments_that_met_fly_as_the_mean_of_realisations(broken, tmp_path):
+def test_fragments_that_met_fly_as_the_mean_of_realisations(broken):
     """Two rounds side by side: in every quadrant within 4.5 standard errors of realisations."""
-    contact, scatter = flight.Contact(between="rounds"), broken.settings.direction_scatter
-
-    def pair(source, number):
-        one, other = source.fragments(1, number), source.fragments(2, number)
-        return flight.Fragments(
-            np.concatenate([one.mass, other.mass]),
-            np.concatenate([one.position, other.position + np.array([0.2, 0.0, 0.0])]),
-            np.concatenate([one.velocity, other.velocity]), 2600.0, np.repeat([0, 1], [len(one), len(other)]),
-        )  # fmt: skip
-
     met, drawn = [], []
     for number in range(REALISATIONS):
         fragments = pair(broken, number)
-        result = flight.fly(fragments, contact=contact, fluence=CRITERIA.fluence_grid(GRID), seed=number)
+        result = flight.fly(fragments, contact=CONTACT, fluence=CRITERIA.fluence_grid(GRID), seed=number)
         drawn.append(by_quadrant(FlightCounts.of(result, fragments).density))
         if number < REALISATIONS // 3:
-            generator = np.random.default_rng(number)
-            made = after_contact(pair(broken, number + REALISATIONS), 0.5 * scatter, generator, contact=contact)
+            one, other = (broken.weighted(2 * number + round_, POINTS) for round_ in (0, 1))
+            other = other._replace(fragments=other.fragments.translated(BESIDE))
+            generator, width = np.random.default_rng(number), 0.5 * broken.settings.direction_scatter
+            changed = by_contact(pair(broken, number + REALISATIONS), width, generator, contact=CONTACT)
+            made = WeightedFragments.concatenate([one, other, *changed])
             counts = count_weighted(made.fragments, Weights(made.number, made.slopes), GRID, CRITERIA)
             met.append(by_quadrant(counts.whole))
     met, drawn = np.array(met), np.array(drawn)
