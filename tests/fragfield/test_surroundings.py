@@ -259,8 +259,8 @@ def test_flight_of_ones_own_fragments_to_the_report(folder) -> None:
     assert done.exit_code == 0, done.stderr
     page = (out / "report.html").read_text()
     for words in (
-        "Hits on barricade “bank”",
-        "Hits on building “store”",
+        "hits on bank",
+        "hits on store",
         "Recommended, without ricochet",
         "hazardous 1, stopped 1",
     ):
