@@ -7,8 +7,7 @@ ends with a digest of all of it, where HDF5 does not read, and where other progr
 
     ... HDF5 ... | size | digest of size and content | mark
 
-A file that was cut or edited has no seal or a wrong one. One of other origin has none: another process, which may fail
-as it likes, looks through it first (`fragfield_base.hdf5_files`).
+A file that was cut or edited has no seal or a wrong one. One of other origin has none, and is read as h5py reads it.
 """
 
 from __future__ import annotations
@@ -16,16 +15,11 @@ from __future__ import annotations
 import hashlib
 import io
 import os
-import resource
 import stat
 import struct
-import subprocess
-import sys
 from contextlib import contextmanager
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO
 
-from fragfield_base.ambient import run_function
 from fragfield_base.interruption import Interruption
 from fragfield_base.writing import refuse_link, replacing
 
@@ -117,39 +111,20 @@ def check_sound(path: Path, error: type[Exception], advice: str = "") -> None:
         before = _state(path)
         if _sound.get(str(path)) == before:
             return
-        fault = _fault_of(path)
+        with path.open("rb") as file:
+            _check_seal(file)
     except FileNotFoundError:
         raise error(f"{path}: no such file{end}") from None
     except OSError as found:
         raise error(f"{path}: cannot be read ({found.strerror or found}){end}") from None
-    if fault is not None:
-        raise error(f"{path}: {fault}{end}")
+    except _SealError as found:
+        raise error(f"{path}: damaged, cut off or changed since it was written: {found}{end}") from None
     _sound[str(path)] = before
 
 
 def _state(path: Path) -> tuple[int, int, int]:
     found = path.stat()
     return found.st_ino, found.st_size, found.st_mtime_ns
-
-
-def _fault_of(path: Path) -> str | None:
-    try:
-        with path.open("rb") as file:
-            return None if _is_sealed(file) else _probed(path)
-    except _SealError as found:
-        return f"damaged, cut off or changed since it was written: {found}"
-
-
-def _probed(path: Path) -> str | None:
-    """Have a process of its own look through a file that is not sealed; what is wrong with it."""
-    try:
-        done = run_function("fragfield_base.hdf5_files", "probe", str(path.absolute()), timeout=60)
-    except subprocess.TimeoutExpired:
-        return "cut off, or not an HDF5 file that can be read in a minute"
-    if done.returncode == 0:
-        return None
-    words = done.stdout.decode("utf-8", "replace").strip().splitlines()
-    return words[-1] if done.returncode == 1 and words else "cut off, or not an HDF5 file (reading it crashed)"
 
 
 def _seal_of(content: bytes | memoryview) -> bytes:
@@ -159,15 +134,15 @@ def _seal_of(content: bytes | memoryview) -> bytes:
     return _SEAL.pack(len(content), digest.digest(), _MARK)
 
 
-def _is_sealed(file: BinaryIO) -> bool:
-    """Whether an open file has a seal; raises _SealError where it does not fit."""
+def _check_seal(file: BinaryIO) -> None:
+    """Raise _SealError where an open file has a seal that does not fit."""
     whole = os.fstat(file.fileno()).st_size
     if whole < SEAL_LENGTH:
-        return False
+        return
     file.seek(whole - SEAL_LENGTH)
     size, sealed, mark = _SEAL.unpack(file.read(SEAL_LENGTH))
     if mark != _MARK:
-        return False
+        return
     if size + SEAL_LENGTH != whole:
         raise _SealError(f"it has {whole} bytes, which is not what its checksum was made of")
     digest = _started(size)
@@ -178,93 +153,7 @@ def _is_sealed(file: BinaryIO) -> bool:
         left -= len(piece)
     if digest.digest() != sealed:
         raise _SealError("its bytes do not match their checksum")
-    return True
 
 
 def _started(size: int) -> hashlib.blake2b:
     return hashlib.blake2b(struct.pack("<Q", size), digest_size=_DIGEST)
-
-
-_SECONDS = 50
-_MOST_OBJECTS = 200_000
-_DEFLATE = 1040  # no deflated data is smaller than this share
-_SMALL = 1 << 26
-_FILTERS = {1, 2, 3, 4}  # deflate, shuffle, checksum, szip
-
-
-def probe(path: str) -> None:
-    """Print what is wrong with a file and end the process with 1, or with 0 if nothing is."""
-    if (fault := _fault(path)) is not None:
-        sys.stdout.write(fault + "\n")
-        sys.stdout.flush()
-    os._exit(0 if fault is None else 1)  # a damaged file may still crash HDF5 on its way out
-
-
-def _fault(path: str) -> str | None:
-    resource.setrlimit(resource.RLIMIT_CPU, (_SECONDS, _SECONDS))
-    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-    import h5py
-
-    try:
-        with h5py.File(path, "r", locking=False) as file:
-            return _looked_through(file, Path(path).stat().st_size)
-    except RecursionError:
-        return "groups nested too deep"
-    except Exception as error:  # noqa: BLE001 - whatever it is, the file is not sound
-        return f"cut off, or not an HDF5 file ({' '.join(str(error).split())[:200]})"
-
-
-def _looked_through(file: h5py.File, size: int) -> str | None:
-    import h5py
-
-    total, seen, waiting = 0, set(), [file]
-    memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") // 2
-    while waiting:
-        group = waiting.pop()
-        _attributes(group)
-        for name in group:
-            link = group.get(name, getlink=True)
-            where = f"{group.name.rstrip('/')}/{name}"
-            if not isinstance(link, h5py.HardLink):
-                return f"{where} is a link to elsewhere, which is not followed"
-            item = group[name]
-            place = h5py.h5o.get_info(item.id)
-            if place.addr in seen:
-                continue
-            seen.add(place.addr)
-            if len(seen) > _MOST_OBJECTS:
-                return f"more than {_MOST_OBJECTS} groups and datasets"
-            if isinstance(item, h5py.Group):
-                waiting.append(item)
-                continue
-            if not isinstance(item, h5py.Dataset):
-                continue
-            _attributes(item)
-            if fault := _fault_of_data(item, size):
-                return f"{where} {fault}"
-            total += _bytes(item)
-    if total > memory:
-        return f"declares {total / 1e9:.3g} GB of data, more than half of this machine's memory"
-    return None
-
-
-def _attributes(item: h5py.Group | h5py.Dataset) -> None:
-    for name in item.attrs:
-        item.attrs.get(name)
-
-
-def _bytes(data: h5py.Dataset) -> int:
-    return int(data.size or 0) * int(data.dtype.itemsize)
-
-
-def _fault_of_data(data: h5py.Dataset, size: int) -> str | None:
-    plist = data.id.get_create_plist()
-    if plist.get_external_count() or getattr(data, "is_virtual", False):
-        return "lies in another file, which is not read"
-    filters = [plist.get_filter(number)[0] for number in range(plist.get_nfilters())]
-    if not set(filters) <= _FILTERS:
-        return f"is packed by the filter {min(set(filters) - _FILTERS)}; allowed: deflate (gzip)"
-    most = max(size * (_DEFLATE if filters else 1), _SMALL)
-    if _bytes(data) > most:
-        return f"declares {_bytes(data)} bytes, which a file of {size} bytes cannot hold"
-    return None

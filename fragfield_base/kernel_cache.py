@@ -1,8 +1,7 @@
 """Compiled kernels: how they call each other, and where they are kept: a folder of the user's own, or none.
 
 Numba's cache holds pickles, which run code when they are read. A folder in which another user can write, or that
-another user has made, is therefore never read. Looked at are the owner and the mode of the folder and of everything
-above it.
+another user has made, is therefore never read.
 """
 
 from __future__ import annotations
@@ -11,8 +10,6 @@ import hashlib
 import importlib
 import logging
 import os
-import stat
-import tempfile
 from contextlib import contextmanager, suppress
 from functools import cache, wraps
 from pathlib import Path
@@ -104,69 +101,20 @@ def _cache_at(compiler: Any, folder: Path) -> Iterator[None]:  # noqa: ANN401 - 
 
 @cache
 def cache_root() -> Path | None:
-    """The folder for compiled kernels: NUMBA_CACHE_DIR, the user's cache, or one of the user's under the temporary.
+    """The folder for compiled kernels: NUMBA_CACHE_DIR, else the user's cache.
 
-    None, with a warning, where none of them belongs to the user alone.
+    None, with a warning, where neither belongs to the user, or others can write to it.
     """
-    candidates = []
-    if given := os.environ.get("NUMBA_CACHE_DIR"):
-        candidates.append(Path(given))
-    if os.environ.get("XDG_CACHE_HOME", "").startswith("/"):  # its specification has a relative one ignored
-        candidates.append(Path(os.environ["XDG_CACHE_HOME"]) / "fragfield")
-    else:
-        with suppress(RuntimeError):  # no home
-            if Path.home().is_dir():
-                candidates.append(Path.home() / ".cache/fragfield")
-    candidates.append(Path(tempfile.gettempdir()) / f"fragfield-{os.geteuid()}")
-    for folder in candidates:
-        if _made(folder) and is_private(folder) and os.access(folder, os.R_OK | os.W_OK | os.X_OK):
+    home = os.environ.get("XDG_CACHE_HOME") or Path("~/.cache").expanduser()
+    folder = Path(os.environ.get("NUMBA_CACHE_DIR") or Path(home) / "fragfield").absolute()
+    with suppress(OSError):
+        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        found = folder.stat()
+        if found.st_uid == os.geteuid() and not found.st_mode & 0o022 and os.access(folder, os.W_OK):
             return folder.resolve()
     _log.warning(
-        "compiled kernels are not kept, which costs minutes in every command: %s; give a folder that only you can "
-        "write to by NUMBA_CACHE_DIR",
-        " and ".join(f"{folder} cannot be written or others can write to it" for folder in candidates),
+        "compiled kernels are not kept, which costs minutes in every command: %s cannot be written or others can write "
+        "to it; give a folder that only you can write to by NUMBA_CACHE_DIR",
+        folder,
     )
     return None
-
-
-def is_private(folder: Path) -> bool:
-    """Whether only the user and root can put something into a folder, or another folder in its place."""
-    try:
-        place = folder.resolve(strict=True)
-        if place.stat().st_uid != os.geteuid() or not _closed(place, sticky=False):
-            return False
-        return all(above.stat().st_uid in (0, os.geteuid()) and _closed(above, sticky=True) for above in place.parents)
-    except OSError:
-        return False
-
-
-def _made(folder: Path) -> bool:
-    try:
-        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-        if folder.stat().st_uid == os.geteuid() and folder.stat().st_mode & 0o022:
-            folder.chmod(folder.stat().st_mode & ~0o022)
-    except OSError:
-        return folder.is_dir()
-    return True
-
-
-def _closed(folder: Path, *, sticky: bool) -> bool:
-    """Whether others cannot change what a folder lists; with the sticky bit they cannot change what is not theirs."""
-    found = folder.stat()
-    if sticky and found.st_mode & stat.S_ISVTX:
-        return True
-    if found.st_mode & stat.S_IWOTH:
-        return False
-    return not found.st_mode & stat.S_IWGRP or _is_own_group(found.st_gid)
-
-
-def _is_own_group(number: int) -> bool:
-    """Whether a group is the user's alone, as many distributions make one for each."""
-    import grp
-    import pwd
-
-    try:
-        group, user = grp.getgrgid(number), pwd.getpwuid(os.geteuid())
-    except KeyError:
-        return False
-    return group.gr_name == user.pw_name and set(group.gr_mem) <= {user.pw_name}

@@ -1,12 +1,10 @@
-"""Files of unknown origin, read with a limit on size and no devices or pipes; XML without entities that grow."""
+"""Files of unknown origin, read with a limit on size and no devices or pipes."""
 
 from __future__ import annotations
 
 import os
 import stat
 from pathlib import Path
-from xml.etree import ElementTree as ET
-from xml.parsers import expat
 
 MOST_TEXT = 1 << 31
 """Bytes of a table or map of heights; what is read needs several times as much memory."""
@@ -44,28 +42,3 @@ def read_bytes(path: Path, error: type[Exception], *, most: int = MOST_TEXT, adv
         raise error(f"{path}: no such file{end}") from None
     except OSError as fault:
         raise error(f"{path}: cannot be read ({fault.strerror or fault}){end}") from None
-
-
-_LONGEST = 1000  # characters of an entity's text: names of namespaces, as Illustrator writes them
-
-
-def parsed_xml(data: bytes, where: str, error: type[Exception]) -> ET.Element:
-    """The outermost element of a document, in the encoding that it names.
-
-    Raises `error` where it is not well-formed, or declares an entity that is in another file, refers to another or is
-    long.
-    """
-    parser = expat.ParserCreate()
-
-    def declared(
-        name: str, parameter: bool, value: str | None, _base: str | None, system: str | None, *_: object
-    ) -> None:
-        if parameter or value is None or system is not None or "&" in value or "%" in value or len(value) > _LONGEST:
-            raise error(f"{where}: found the XML entity {name!r} of another file or of other entities; allowed: none")
-
-    parser.EntityDeclHandler = declared
-    try:
-        parser.Parse(data, True)
-        return ET.fromstring(data)  # - entities are refused above, and expat loads no other file
-    except (expat.ExpatError, ET.ParseError, LookupError, ValueError) as fault:
-        raise error(f"{where}: not well-formed XML ({fault})") from None

@@ -13,7 +13,6 @@ import fcntl
 import io
 import logging
 import os
-import re
 import stat
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -28,23 +27,12 @@ DRAFT = ".part"
 
 _FORMULA = ("=", "+", "-", "@", "\t", "\r")
 _QUOTED = (",", '"', "\n", "\r")
-_ADVICE = {
-    errno.ENOSPC: "the disk is full",
-    errno.EDQUOT: "the disk quota is used up",
-    errno.EFBIG: "the file would be larger than is allowed here (ulimit -f, or the file system)",
-    errno.EACCES: "permission denied",
-    errno.EROFS: "the file system is read-only",
-    errno.ENOENT: "the file or its folder is not there any more",
-}
-_ROOM = "make room, then run the same command again (a burst: with --resume)"
-_AGAIN = "name a folder that exists and is writable, then run the command again (a burst: with --resume)"
-_FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+_AGAIN = "make room or name a folder that is writable, then run the command again (a burst: with --resume)"
 
 
 def described(path: Path, error: OSError, kept: str = "what stood there before is unchanged") -> str:
     """One message for a file that could not be written: the reason, what was kept, and how to go on."""
-    reason = _ADVICE.get(error.errno or 0) or error.strerror or str(error)
-    return f"{path}: cannot be written: {reason}; {kept}; {_ROOM if error.errno in _FULL else _AGAIN}"
+    return f"{path}: cannot be written: {error.strerror or error}; {kept}; {_AGAIN}"
 
 
 def refuse_link(path: Path, error: type[Exception]) -> None:
@@ -116,14 +104,8 @@ def write_files(files: Mapping[Path, bytes], error: type[Exception]) -> None:
 
 
 def append_text_file(path: Path, error: type[Exception], *, fresh: bool) -> int:
-    """Descriptor of a text file that grows, such as a log: emptied where `fresh`, never through a link of any kind."""
+    """Descriptor of a text file that grows, such as a log: emptied where `fresh`, never through a symbolic link."""
     refuse_link(path, error)
-    with suppress(OSError):
-        if (names := path.lstat().st_nlink) > 1:
-            raise error(
-                f"{path}: has {names} names (hard links), and all of them would change; put a copy of its own in its "
-                "place"
-            )
     flags = os.O_WRONLY | os.O_CREAT | os.O_APPEND | os.O_NOFOLLOW | os.O_CLOEXEC | (os.O_TRUNC if fresh else 0)
     try:
         return os.open(path, flags, 0o666)
@@ -164,12 +146,11 @@ _log = logging.getLogger("fragfield.lock")
 
 
 @contextmanager
-def locked(folder: Path, error: type[Exception], *, warn: bool = True) -> Iterator[None]:
+def locked(folder: Path, error: type[Exception]) -> Iterator[None]:
     """Hold a folder; raises `error` where another process holds it.
 
     The folder itself is locked (flock): no file is left behind, and the kernel gives the lock back when the process is
-    gone, killed or not. A file system without such locks (some network ones) is used without one, with a warning unless
-    `warn` is False: the caller says it.
+    gone, killed or not. A file system without such locks (some network ones) is used without one, with a warning.
     """
     try:
         descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
@@ -181,33 +162,9 @@ def locked(folder: Path, error: type[Exception], *, warn: bool = True) -> Iterat
         except OSError as found:
             if found.errno in (errno.EWOULDBLOCK, errno.EACCES):
                 raise error(
-                    f"{folder}: another command{_holder(descriptor)} is writing into it; wait for it to end, or use "
-                    "another --out"
+                    f"{folder}: another command is writing into it; wait for it to end, or use another --out"
                 ) from None
-            if warn:
-                _log.warning("%s: this file system has no locks; start no second run in it", folder)
+            _log.warning("%s: this file system has no locks; start no second run in it", folder)
         yield
     finally:
         os.close(descriptor)
-
-
-def has_locks(folder: Path) -> bool:
-    """Whether the file system of a folder has such locks; the folder may be held."""
-    descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
-    try:
-        fcntl.flock(descriptor, fcntl.LOCK_SH | fcntl.LOCK_NB)
-    except OSError as found:
-        return found.errno in (errno.EWOULDBLOCK, errno.EACCES)
-    finally:
-        os.close(descriptor)
-    return True
-
-
-def _holder(descriptor: int) -> str:
-    """' (process N)' where Linux says who holds the lock."""
-    inode = os.fstat(descriptor).st_ino
-    with suppress(OSError):
-        for line in Path("/proc/locks").read_text(encoding="ascii", errors="replace").splitlines():
-            if found := re.search(rf"FLOCK .* (\d+) [0-9a-f]+:[0-9a-f]+:{inode} ", line):
-                return f" (process {found[1]})"
-    return ""

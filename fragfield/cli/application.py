@@ -13,9 +13,7 @@ from fragfield.cli.commands import COMMANDS, GROUPS, STUDIES
 from fragfield.cli.declare import LazyCommand, file_path
 from fragfield.cli.guard import guarded
 from fragfield.cli.streams import to_stdout
-from fragfield.errors import InputError
-from fragfield.pipeline.parallel import launched_commands, launched_rank
-from fragfield_base.paths import start_folder
+from fragfield.pipeline.parallel import launched_rank
 
 _COLLECTIVE = ("run", "burst", "break-up", "fly")
 """Commands that compute on all ranks of an MPI launch."""
@@ -65,14 +63,7 @@ def _common(
     ] = False,
 ) -> None:
     del version
-    if context.invoked_subcommand in _COLLECTIVE:
-        return
-    if launched_commands() > 1:
-        raise InputError(
-            f"{context.invoked_subcommand}: found {launched_commands()} different commands in one MPI launch, of which "
-            "only that of rank 0 would be done; allowed: one launch each"
-        )
-    if launched_rank() > 0:
+    if context.invoked_subcommand not in _COLLECTIVE and launched_rank() > 0:
         raise typer.Exit  # the first rank does it alone
 
 
@@ -102,7 +93,7 @@ def open_pages(
     with guarded(json=False, quiet=False):
         from fragfield.app.server import serve
 
-        serve(case or start_folder(InputError), announce=_announce, host=host, port=port, browser=browser)
+        serve(case or Path.cwd(), announce=_announce, host=host, port=port, browser=browser)
 
 
 def _announce(words: str) -> None:

@@ -5,36 +5,29 @@ from __future__ import annotations
 import os
 import sys
 from contextlib import contextmanager, suppress
+from pathlib import Path
 from typing import TYPE_CHECKING, TextIO
 
 import typer
 
 from fragfield.errors import EXIT_INPUT, InputError
 from fragfield_base.ambient import settle
-from fragfield_base.paths import leave_folder
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
 
 def prepare_process() -> list[str]:
-    """Let no letter fail, and keep this process from what it has not been given; its arguments.
+    """Let no letter fail, and settle the variables of libraries; the arguments, which no library sees.
 
-    Libraries see neither the arguments nor the working folder. Raises InputError: a variable holds what it must not.
+    Raises InputError: a variable holds what it must not.
     """
-    # A file that is opened while a standard stream is closed would get its number, and what libraries write there.
-    for number in range(3):
-        try:
-            os.fstat(number)
-        except OSError:
-            os.open(os.devnull, os.O_RDWR)  # the lowest number that is free
-    sys.stdout = sys.stdout or os.fdopen(os.dup(1), "w", encoding="utf-8")
-    sys.stderr = sys.stderr or os.fdopen(os.dup(2), "w", encoding="utf-8")
+    closed = Path(os.devnull).open("w", encoding="utf-8")  # noqa: SIM115 - as long as the process
+    sys.stdout, sys.stderr = sys.stdout or closed, sys.stderr or closed
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="backslashreplace")  # names of a case in a terminal that knows ASCII alone
     settle(InputError)
-    leave_folder(InputError)
     arguments = sys.argv[1:]
     sys.argv[1:] = []
     return arguments

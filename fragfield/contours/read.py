@@ -178,7 +178,7 @@ def find_nose(path: object, curves: Sequence[Curve], axis: Axis, asked: str | No
     return (low, 1.0, why) if first < last else (high, -1.0, why)
 
 
-KINDS = (".dxf", ".csv", ".tsv", ".txt", ".xlsx", ".ods")
+KINDS = (".dxf", ".csv", ".tsv", ".txt", ".xlsx")
 """Endings of the files that are read."""
 _MARK = "(SHA-256 "
 _DIGITS = 6  # of a millimetre

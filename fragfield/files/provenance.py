@@ -17,7 +17,7 @@ from fragfield.case.schema import CaseTable
 from fragfield.case.write import to_toml
 from fragfield.errors import InputError, nearest
 from fragfield.files.run_directory import STAGES, RunDirectory
-from fragfield_base.ambient import surroundings
+from fragfield_base.ambient import kept_variables
 from fragfield_base.arrays import text_of
 from fragfield_base.hdf5_files import reading
 from fragfield_base.version import __version__
@@ -62,7 +62,7 @@ def provenance_of(case: CaseTable) -> dict[str, str]:
     """What every output file of a run of a resolved case carries.
 
     `case` (TOML), `versions` (JSON), `seed`, `program`, `program_version`, `revision`, `platform`, `environment` (JSON:
-    variables of libraries that the command line has ignored, and that it has kept) and `date` (UTC).
+    the user's variables of threads and of the processor) and `date` (UTC).
     """
     return {
         "case": to_toml(case),
@@ -72,7 +72,7 @@ def provenance_of(case: CaseTable) -> dict[str, str]:
         "program_version": __version__,
         "revision": revision(),
         "platform": f"{platform.system()} {platform.machine()}, Python {platform.python_version()}",
-        "environment": json.dumps(surroundings(), sort_keys=True),
+        "environment": json.dumps(kept_variables(), sort_keys=True),
         "date": datetime.now(UTC).isoformat(timespec="seconds"),
     }
 

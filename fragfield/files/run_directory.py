@@ -17,8 +17,7 @@ import json
 import os
 import re
 import shutil
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -29,7 +28,7 @@ from fragfield.errors import InputError
 from fragfield.results.part import to_json
 from fragfield.results.summary import Summary, read_summary
 from fragfield_base.reading import read_text
-from fragfield_base.writing import DRAFT, locked, write_text
+from fragfield_base.writing import DRAFT, write_text
 
 
 @dataclass(frozen=True)
@@ -238,12 +237,6 @@ class RunDirectory:
             probe.unlink()
         except OSError as error:
             raise InputError(f"{self.path}: the output folder cannot be written ({error.strerror})") from None
-
-    @contextmanager
-    def locked(self) -> Iterator[None]:
-        """Hold the directory for one command that writes into it; raises InputError where another one does."""
-        with locked(self.path, InputError, warn=False):
-            yield
 
     def _results(self, stages: Sequence[Stage] = tuple(STAGES.values())) -> list[str]:
         return [name for stage in stages for name in stage.files if self.file(name).exists()]

@@ -1,4 +1,4 @@
-"""A table as it stands in its file: rows of cells with their lines, from a text, XLSX or ODS."""
+"""A table as it stands in its file: rows of cells with their lines, from a text or XLSX."""
 
 from __future__ import annotations
 
@@ -7,21 +7,17 @@ import datetime as dt
 import io
 import re
 import warnings
-import zipfile
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple
-from xml.etree.ElementTree import Element
 
 from fragfield.errors import InputError
 from fragfield_base.errors import names_allowed
-from fragfield_base.reading import parsed_xml, read_bytes
+from fragfield_base.reading import read_bytes
 
 _MOST_BYTES = 1 << 26
-_MOST_UNPACKED = 1 << 28
 _MOST_COLUMNS = 1000
-_MOST_CELLS = 5_000_000
 _LOST = "a date, what a spreadsheet makes of entries such as 3.5 or 5-10: the number is lost; enter it again as text"
 _UNCOMPUTED = "a formula without a value: open the workbook in a spreadsheet, let it compute, and save it"
 _SEPARATORS = {"tab": "\t", "semicolon": ";", "bar": "|", "comma": ","}  # the first that most lines have divides them
@@ -101,7 +97,7 @@ def letter(column: int) -> str:
 def read_sheet(
     path: Path, *, encoding: str | None = None, separator: str | None = None, sheet: str | None = None
 ) -> Sheet:
-    """Read the cells of a text, or of one sheet of an XLSX or ODS workbook.
+    """Read the cells of a text, or of one sheet of a workbook (XLSX).
 
     Raises InputError: no such file, another format, damaged, too large, or nothing in it; `QuestionError` where a text
     is not Unicode and no encoding is given, or several sheets hold something and none is named.
@@ -109,7 +105,7 @@ def read_sheet(
     data = read_bytes(path, InputError, most=_MOST_BYTES)
     is_workbook = path.suffix.lower() in (".xlsx", ".xlsm", ".ods", ".xls", ".xlsb", ".fods")
     if is_workbook or data.startswith((b"PK\x03\x04", b"\xd0\xcf\x11\xe0")):
-        return _chosen(path, _workbook(path, data), sheet)
+        return _workbook(path, data, sheet)
     return _text(path, data, encoding, separator)
 
 
@@ -145,11 +141,10 @@ def _text(path: Path, data: bytes, encoding: str | None, separator: str | None) 
             at, first = first, reader.line_num + 1
             if texts and texts[0].startswith("#"):
                 comments.append(" ".join(texts).strip("# "))
-            elif cells := _filled(path, enumerate(_squeezed(one) for one in texts)):
+            elif cells := _filled(path, map(_squeezed, texts)):
                 rows.append(Row(at, cells))
     except csv.Error as error:
         raise InputError(f"{path}: line {reader.line_num}: {error}") from None
-    _check_size(path, rows)
     if not rows:
         raise InputError(f"{path}: no table in it, only {'comments' if comments else 'empty lines'}")
     guesses = [
@@ -163,127 +158,59 @@ def _squeezed(text: str) -> str:
     return re.sub(r"\s+", " ", text.replace("\ufeff", "")).strip()
 
 
-def _filled(path: Path, cells: Iterable[tuple[int, Cell]]) -> list[Cell]:
-    """Cells (column from 0, content) of a row, without those that are empty at its end."""
-    row: list[Cell] = []
-    for at, cell in cells:
-        if cell == "":
-            continue
-        if at >= _MOST_COLUMNS:
-            raise InputError(f"{path}: a row has more than 1000 cells; allowed: at most {_MOST_COLUMNS} columns")
-        row += [""] * (at - len(row))
-        row.append(cell)
+def _filled(path: Path, cells: Iterable[Cell]) -> list[Cell]:
+    """Cells of a row, without those that are empty at its end."""
+    row = list(cells)
+    while row and row[-1] == "":
+        row.pop()
+    if len(row) > _MOST_COLUMNS:
+        raise InputError(f"{path}: a row has {len(row)} cells; allowed: at most {_MOST_COLUMNS} columns")
     return row
 
 
-def _check_size(path: Path, rows: Sequence[Row]) -> None:
-    if sum(len(row.cells) for row in rows) > _MOST_CELLS:
-        raise InputError(f"{path}: more than {_MOST_CELLS} cells; allowed: at most that")
-
-
-class _Table(NamedTuple):
-    """A sheet of a workbook, and how many of its rows and columns are hidden, of its cells have comments."""
-
-    rows: list[Row]
-    is_hidden: bool
-    hidden_rows: int
-    hidden_columns: int
-    comments: int
-
-
-def _chosen(path: Path, tables: dict[str, _Table], sheet: str | None) -> Sheet:
-    names = [name for name, one in tables.items() if not one.is_hidden]
-    filled = [name for name in names if tables[name].rows]
-    hidden = ", ".join(repr(name) for name, one in tables.items() if one.is_hidden and one.rows)
-    left_out = f"; hidden and left out: {hidden}" if hidden else ""
-    if sheet is not None:
-        if sheet not in names and sheet.isdigit() and 1 <= int(sheet) <= len(names):
-            sheet = names[int(sheet) - 1]
-        if sheet not in names:
-            raise InputError(f"{path}: sheet {sheet!r}{names_allowed(sheet, names)}{left_out}")
-        filled = [sheet] if sheet in filled else []
-    if not filled:
-        raise InputError(f"{path}: no cell of it holds anything{left_out}")
-    if len(filled) > 1:
-        raise QuestionError(f"{path}: {len(filled)} sheets hold something", "sheet", [repr(one) for one in filled])
-    table = tables[filled[0]]
-    _check_size(path, table.rows)
-    guesses = [Guess("sheet", filled[0], ("as given" if sheet else "the only one that holds anything") + left_out)]
-    for what, count, reason in (
-        ("hidden rows", table.hidden_rows, "by a filter or by hand; they are read"),
-        ("hidden columns", table.hidden_columns, "they are read"),
-        ("comments", table.comments, "left out"),
-    ):
-        if count:
-            guesses.append(Guess(what, str(count), reason))
-    return Sheet(path, filled[0], table.rows, guesses)
-
-
-def _workbook(path: Path, data: bytes) -> dict[str, _Table]:
-    try:
-        with zipfile.ZipFile(io.BytesIO(data)) as archive:
-            entries = archive.infolist()
-            if sum(entry.file_size for entry in entries) > _MOST_UNPACKED:
-                raise InputError(f"{path}: unpacks to more than {_MOST_UNPACKED} bytes; allowed: at most that")
-            for entry in entries:
-                if entry.filename.endswith((".xml", ".rels")):
-                    with archive.open(entry) as file:  # a document type stands before the first element
-                        head = file.read(1 << 16)
-                    if b"<!DOCTYPE" in head or b"<!ENTITY" in head or head.startswith((b"\xff\xfe", b"\xfe\xff")):
-                        raise InputError(
-                            f"{path}: {entry.filename} declares a document type, which no spreadsheet writes"
-                        )
-            names = archive.namelist()
-            content = archive.read("content.xml") if "content.xml" in names else b""
-    except InputError:
-        raise
-    except (zipfile.BadZipFile, OSError, RuntimeError, NotImplementedError, EOFError, ValueError) as fault:
-        old = data.startswith(b"\xd0\xcf\x11\xe0")
-        what = "an old or encrypted Excel workbook; save it as .xlsx without a password" if old else str(fault)
-        raise InputError(f"{path}: not a workbook in XLSX or ODS ({what})") from None
-    if "xl/workbook.xml" not in names and not content:
-        raise InputError(f"{path}: an archive, but no workbook in XLSX or ODS")
-    try:
-        return _ods(path, content) if content else _xlsx(path, data)
-    except InputError:
-        raise
-    except Exception as error:  # noqa: BLE001 - a damaged file ends in errors of many kinds
-        raise InputError(f"{path}: damaged, or not as spreadsheets write XLSX or ODS ({error})") from None
-
-
-def _xlsx(path: Path, data: bytes) -> dict[str, _Table]:
+def _workbook(path: Path, data: bytes, sheet: str | None) -> Sheet:
     try:
         import openpyxl
     except ModuleNotFoundError:
         install = "pip install fragfield[tables]"
         raise InputError(f"{path}: reading XLSX needs openpyxl, which is not installed: {install}") from None
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # of parts that hold no cells
-        values, formulas = (
-            openpyxl.load_workbook(io.BytesIO(data), data_only=data_only, keep_links=False)
-            for data_only in (True, False)
-        )
-    tables = {}
-    for sheet in values.worksheets:
-        written = formulas[sheet.title]
-        lines: dict[int, list[tuple[int, Cell]]] = {}
-        comments = 0
-        for (line, column), cell in sorted(
-            sheet._cells.items()
-        ):  # those that the file has: iter_rows makes all between
-            formula = written._cells[line, column].value
-            comments += cell.comment is not None
-            lines.setdefault(line, []).append((column - 1, _value(cell.value, formula)))
-        rows = [Row(line, cells) for line, held in lines.items() if (cells := _filled(path, held))]
-        width = max((len(row.cells) for row in rows), default=0)
-        columns = sum(
-            max(min(one.max or 1, width) - (one.min or 1) + 1, 0)
-            for one in sheet.column_dimensions.values()
-            if one.hidden
-        )
-        hidden_rows = sum(one.hidden for one in sheet.row_dimensions.values())
-        tables[sheet.title] = _Table(rows, sheet.sheet_state != "visible", hidden_rows, columns, comments)
-    return tables
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of parts that hold no cells
+            values, formulas = (
+                openpyxl.load_workbook(io.BytesIO(data), data_only=one, keep_links=False) for one in (True, False)
+            )
+    except Exception as fault:  # noqa: BLE001 - a damaged file ends in errors of many kinds
+        words = " ".join(str(fault).split())
+        raise InputError(
+            f"{path}: not a workbook that can be read ({words}); allowed: .xlsx without a password, as every "
+            "spreadsheet saves it"
+        ) from None
+    tables: dict[str, list[Row]] = {}
+    for one in values.worksheets:
+        written, lines = formulas[one.title], dict[int, list[Cell]]()
+        for (line, column), cell in sorted(one._cells.items()):  # iter_rows makes all empty ones between
+            row = lines.setdefault(line, [])
+            row += [""] * (column - 1 - len(row))
+            row.append(_value(cell.value, written._cells[line, column].value))
+        tables[one.title] = [Row(line, row) for line, held in lines.items() if (row := _filled(path, held))]
+    hidden = [one.title for one in values.worksheets if one.sheet_state != "visible"]
+    names = [name for name in tables if name not in hidden]
+    filled = [name for name in names if tables[name]]
+    left_out = [repr(name) for name in hidden if tables[name]]
+    words = f"; hidden and left out: {', '.join(left_out)}" if left_out else ""
+    if sheet is not None:
+        if sheet not in names and sheet.isdigit() and 1 <= int(sheet) <= len(names):
+            sheet = names[int(sheet) - 1]
+        if sheet not in names:
+            raise InputError(f"{path}: sheet {sheet!r}{names_allowed(sheet, names)}{words}")
+        filled = [sheet] if sheet in filled else []
+    if not filled:
+        raise InputError(f"{path}: no cell of it holds anything{words}")
+    if len(filled) > 1:
+        raise QuestionError(f"{path}: {len(filled)} sheets hold something", "sheet", [repr(one) for one in filled])
+    reason = ("as given" if sheet else "the only one that holds anything") + words
+    return Sheet(path, filled[0], tables[filled[0]], [Guess("sheet", filled[0], reason)])
 
 
 def _value(value: object, formula: object) -> Cell:
@@ -292,80 +219,4 @@ def _value(value: object, formula: object) -> Cell:
         return Refused(str(formula), _UNCOMPUTED) if is_formula else ""
     if isinstance(value, dt.datetime | dt.date | dt.time | dt.timedelta):
         return Refused(str(value), _LOST)
-    if isinstance(value, int | float) and not isinstance(value, bool):
-        return float(value)
-    return _squeezed(str(value))
-
-
-_ODF = "{urn:oasis:names:tc:opendocument:xmlns:%s:1.0}"
-_TABLE, _OFFICE, _STYLE, _WORDS = (_ODF % one for one in ("table", "office", "style", "text"))
-
-
-def _ods(path: Path, content: bytes) -> dict[str, _Table]:
-    document = parsed_xml(content, f"{path}: content.xml", InputError)
-    styles = {
-        style.get(f"{_STYLE}name")
-        for style in document.iter(f"{_STYLE}style")
-        if any(one.get(f"{_TABLE}display") == "false" for one in style)
-    }
-    tables = {}
-    for sheet in document.iter(f"{_TABLE}table"):
-        name = sheet.get(f"{_TABLE}name", "")
-        rows: list[Row] = []
-        line, hidden_rows = 1, 0
-        for row in sheet.iter(f"{_TABLE}table-row"):
-            times = int(row.get(f"{_TABLE}number-rows-repeated", 1))
-            if cells := _ods_cells(path, row):
-                if times * len(cells) > _MOST_CELLS:
-                    raise InputError(f"{path}: more than {_MOST_CELLS} cells; allowed: at most that")
-                rows += [Row(line + step, cells) for step in range(times)]
-                hidden_rows += times * (row.get(f"{_TABLE}visibility") in ("collapse", "filter"))
-            line += times
-        width = max((len(row.cells) for row in rows), default=0)
-        columns = sum(
-            int(column.get(f"{_TABLE}number-columns-repeated", 1))
-            for column in sheet.iter(f"{_TABLE}table-column")
-            if column.get(f"{_TABLE}visibility") in ("collapse", "filter")
-        )
-        # A copy of a linked workbook's sheet, called by its address, is never shown.
-        is_hidden = sheet.get(f"{_TABLE}style-name") in styles or re.match(r"'(?:file|https?|smb):", name) is not None
-        comments = sum(1 for _ in sheet.iter(f"{_OFFICE}annotation"))
-        tables[name] = _Table(rows, is_hidden, hidden_rows, min(columns, width), comments)
-    return tables
-
-
-def _ods_cells(path: Path, row: Element) -> list[Cell]:
-    cells: list[tuple[int, Cell]] = []
-    at = 0
-    for one in row:
-        if one.tag not in (f"{_TABLE}table-cell", f"{_TABLE}covered-table-cell"):
-            continue
-        times = int(one.get(f"{_TABLE}number-columns-repeated", 1))
-        cell = _ods_cell(one) if one.tag == f"{_TABLE}table-cell" else ""
-        if cell != "":
-            cells += [(at + step, cell) for step in range(min(times, _MOST_COLUMNS + 1))]
-        at += times
-    return _filled(path, cells)
-
-
-def _ods_cell(cell: Element) -> Cell:
-    kind = cell.get(f"{_OFFICE}value-type")
-    # Paragraphs are lines; a comment or a drawing on the cell has its own, farther in.
-    text = _squeezed("\n".join(_ods_words(one) for one in cell.findall(f"{_WORDS}p")))
-    if kind in ("float", "currency"):
-        return float(cell.get(f"{_OFFICE}value", "nan"))
-    if kind == "percentage":
-        return Refused(text, "a percentage")
-    if kind in ("date", "time"):
-        return Refused(text, _LOST)
-    formula = cell.get(f"{_TABLE}formula")
-    return Refused(formula, _UNCOMPUTED) if kind is None and formula else text or cell.get(f"{_OFFICE}string-value", "")
-
-
-def _ods_words(element: Element) -> str:
-    """Text of a paragraph, without the comments within it; its signs for spaces are spaces."""
-    text = element.text or ""
-    for one in element:
-        inner = "" if one.tag == f"{_OFFICE}annotation" else " " if one.tag == f"{_WORDS}s" else _ods_words(one)
-        text += inner + (one.tail or "")
-    return text
+    return float(value) if isinstance(value, int | float) and not isinstance(value, bool) else _squeezed(str(value))

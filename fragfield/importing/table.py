@@ -145,12 +145,12 @@ def import_table(
     case: File | None = None,
     casing_mass: str | float | None = None,
 ) -> ImportedTable:
-    """Read a table of a test: CSV, XLSX, ODS.
+    """Read a table of a test: CSV, XLSX.
 
     Parameters
     ----------
     path : path
-        Table of a test: CSV, XLSX, ODS.
+        Table of a test: CSV, XLSX.
     kind : str, optional
         arena or pit; default: as its columns show.
     columns : mapping

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from fragfield.errors import InputError, nearest
 from fragfield.interface.case import Case, case_of
 from fragfield.interface.kinds import CaseOrRun, Count, File, Folder, Follow, Settings
-from fragfield_base.ambient import check_variables, is_launched
+from fragfield_base.ambient import check_variables
 from fragfield_base.cores import let_threads_sleep
 from fragfield_base.paths import absolute
 
@@ -101,7 +101,6 @@ def options_of(
 ) -> RunOptions:
     """What the pipeline is asked for, by the arguments of `run`. A file is read later, by the first rank alone."""
     check_variables(InputError)
-    is_launched(InputError)
     let_threads_sleep()
     if options.get("threads") is not None:
         limit_threads(options["threads"])

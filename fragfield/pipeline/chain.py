@@ -22,7 +22,7 @@ from fragfield.pipeline.stages import perform
 from fragfield.terminal.logs import logged, visible
 from fragfield.terminal.progress import ProgressReporter
 from fragfield_base.hdf5_files import check_sound
-from fragfield_base.writing import has_locks
+from fragfield_base.writing import locked
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -52,7 +52,6 @@ def run_chain(options: RunOptions, only: str | None = None) -> None:
         reporter = held.enter_context(_working(options, team, directory, fresh=from_burst and not options.resume))
         if only != "report":
             _warn_of_values(case, team)
-            _warn_of_locks(directory, team)
         job = Job(case, directory if from_burst else options.source, directory, team, reporter, options)
         stages = _waiting(job) if only is None else [STAGES[only]]
         flight_compiled: Callable[[], object] = _do_nothing
@@ -104,12 +103,6 @@ def _warn_of_values(case: CaseTable, team: Team) -> None:
         _log.warning("%s", words)
 
 
-def _warn_of_locks(directory: RunDirectory, team: Team) -> None:
-    """Say where nothing keeps a second command from writing into the directory."""
-    if team.first and not has_locks(directory.path):
-        _log.warning("%s: this file system has no locks; start no second run in it", directory.path)
-
-
 def _enter(options: RunOptions, stage: Stage, held: ExitStack) -> CaseTable:
     """Read the case and make the directory ready for one stage after the burst."""
     case, directory, source = options.case(burst=False), options.directory, options.source
@@ -124,7 +117,7 @@ def _enter(options: RunOptions, stage: Stage, held: ExitStack) -> CaseTable:
                 _log.warning("%s", words)
     directory.make()
     if stage.name != "report":
-        held.enter_context(directory.locked())
+        held.enter_context(locked(directory.path, InputError))
         directory.enter(case, stage)
     elif directory.path == source.path and source.exists:
         stored = source.stored_case()
@@ -172,7 +165,7 @@ def _prepared(options: RunOptions, team: Team, held: ExitStack, stage: Stage) ->
             case = options.case()
             _check_dolfinx()
             options.directory.make()
-            held.enter_context(options.directory.locked())
+            held.enter_context(locked(options.directory.path, InputError))
             options.directory.claim(case, resume=options.resume, overwrite=options.overwrite)
         else:
             case = _enter(options, stage, held)

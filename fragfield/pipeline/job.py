@@ -8,11 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 from fragfield.case import plain
 from fragfield.case.changes import Settings, load_case
-from fragfield.errors import InputError
 from fragfield.files.provenance import versions
 from fragfield.files.run_directory import RunDirectory
 from fragfield_base.cores import cores
-from fragfield_base.paths import start_folder
 from fragfield_base.version import __version__
 
 if TYPE_CHECKING:
@@ -72,7 +70,7 @@ class RunOptions:
             return RunDirectory(self.out)
         if self.target.is_dir():
             return RunDirectory(self.target)
-        return RunDirectory(start_folder(InputError) / "runs" / self.target.stem)
+        return RunDirectory(Path.cwd() / "runs" / self.target.stem)
 
     @property
     def source(self) -> RunDirectory:

@@ -39,12 +39,6 @@ def launched_size() -> int:
     return int(importlib.import_module("mpi4py.MPI").COMM_WORLD.Get_size())
 
 
-def launched_commands() -> int:
-    """Number of different commands that one launch has started (`mpirun -n 1 ONE : -n 1 OTHER`), as far as it says."""
-    text = os.environ.get("OMPI_NUM_APP_CTX", "")
-    return int(text) if text.isdigit() else 1
-
-
 @dataclass(frozen=True)
 class Team:
     """The ranks that compute together; `comm` is an mpi4py communicator, None for one process."""
@@ -59,10 +53,7 @@ class Team:
         """
         if (started := launched_size()) < 2:
             return cls()
-        mpi = importlib.import_module("mpi4py.MPI")
-        comm = mpi.COMM_WORLD
-        if (commands := 1 + max(comm.allgather(comm.Get_attr(mpi.APPNUM) or 0))) > 1:
-            raise InputError(f"found {commands} commands in one MPI launch; allowed: one command for all ranks")
+        comm = importlib.import_module("mpi4py.MPI").COMM_WORLD
         if comm.Get_size() == 1:
             raise InputError(
                 f"found {started} ranks by the launcher's variables, and 1 by MPI: each would make the whole run; the "

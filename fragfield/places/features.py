@@ -1,29 +1,24 @@
-"""Features of GeoJSON (RFC 7946, and older files that name a coordinate system), KML and KMZ files."""
+"""Features of GeoJSON (RFC 7946), KML and KMZ files."""
 
 from __future__ import annotations
 
 import json
 import zipfile
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
-from xml.etree.ElementTree import Element
+from xml.etree.ElementTree import Element, ParseError, fromstring
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fragfield.errors import InputError
-from fragfield.places.maps import INSTALL
-from fragfield_base.reading import parsed_xml, read_bytes, read_text
+from fragfield_base.reading import read_bytes, read_text
 
 if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry
-
-Array = NDArray[np.float64]
-
 
 MOST_BYTES = 1 << 26
 """Of a file that is read."""
@@ -59,14 +54,14 @@ def _parts(geometry: BaseGeometry) -> Iterator[BaseGeometry]:
             yield from _parts(part)
 
 
-_WGS84 = ("CRS84", "EPSG:4326", "EPSG::4326", "EPSG:6.6:4326", "WGS84")
+_WGS84 = ("CRS84", "EPSG:4326", "EPSG::4326", "WGS84")
 _NAMES = ("name", "Name", "NAME", "title", "label")
 
 
 def read_geojson(path: Path) -> tuple[list[Feature], list[str]]:
     """Features of a GeoJSON file, and what was left out or done to them, in words.
 
-    Raises InputError: no GeoJSON, a coordinate system that is not known, positions that are none, no features.
+    Raises InputError: no GeoJSON, a coordinate system other than WGS 84, positions that are none, no features.
     """
     try:
         found = json.loads(read_text(path, InputError, most=MOST_BYTES), parse_constant=_no_constant)
@@ -81,53 +76,23 @@ def read_geojson(path: Path) -> tuple[list[Feature], list[str]]:
         raise InputError(f"{path}: not a GeoJSON ({fault})") from None
     if not isinstance(found, dict) or not isinstance(found.get("type"), str):
         raise InputError(f"{path}: found JSON without a type; allowed: a FeatureCollection of GeoJSON")
-    to_earth, words = _coordinates(path, found)
+    if "crs" in found and not any(one in str(found["crs"]).upper() for one in _WGS84):
+        raise InputError(
+            f"{path}: crs: found {json.dumps(found['crs'])[:80]}; allowed: longitude and latitude on WGS 84 "
+            "(EPSG:4326), as which every program exports GeoJSON"
+        )
     left_out: Counter[str] = Counter()
-    features = list(_features(path, found, to_earth, left_out))
+    features = list(_features(path, found, left_out))
     if not features:
         raise InputError(f"{path}: found no feature with a place in it")
-    notes = [words] if words else []
-    notes += [f"{number} {what} left out" for what, number in left_out.items()]
-    return features, notes
+    return features, [f"{number} {what} left out" for what, number in left_out.items()]
 
 
 def _no_constant(name: str) -> None:
     raise ValueError(f"{name} is not JSON")
 
 
-def _coordinates(path: Path, found: dict[str, Any]) -> tuple[Callable[[Array], Array] | None, str]:
-    """What turns the file's positions into longitudes and latitudes on WGS 84, and which system it names."""
-    if "crs" not in found:
-        return None, ""
-    crs = found["crs"]
-    properties = crs.get("properties") if isinstance(crs, dict) else None
-    name = properties.get("name") if isinstance(properties, dict) else None
-    if not isinstance(name, str):
-        raise InputError(
-            f"{path}: crs: found {json.dumps(crs)[:80]}; allowed: the name of a coordinate system, or no crs: WGS 84"
-        )
-    if name.upper().endswith(_WGS84):
-        return None, ""
-    try:
-        import pyproj
-    except ImportError:
-        raise InputError(f"{path}: crs: found {name}, which needs pyproj: {INSTALL}; or a file in WGS 84") from None
-    try:
-        system = pyproj.CRS.from_user_input(name)
-        # A name alone is searched for, and a part of another name is found.
-        if ":" not in name and system.name.casefold() != name.casefold():
-            raise pyproj.exceptions.CRSError(name)
-        turn = pyproj.Transformer.from_crs(system, "EPSG:4326", always_xy=True)
-    except pyproj.exceptions.CRSError:
-        raise InputError(
-            f'{path}: crs: found "{name}"; allowed: a coordinate system that pyproj knows, such as EPSG:25832'
-        ) from None
-    return lambda points: np.column_stack(turn.transform(*points.T)), f"positions turned from {name} to WGS 84"
-
-
-def _features(
-    path: Path, found: dict[str, Any], to_earth: Callable[[Array], Array] | None, left_out: Counter[str]
-) -> Iterator[Feature]:
+def _features(path: Path, found: dict[str, Any], left_out: Counter[str]) -> Iterator[Feature]:
     import shapely
     from shapely.geometry import shape
 
@@ -162,13 +127,11 @@ def _features(
                 f"{where}: found no geometry that can be read ({fault}); allowed: a Point, LineString or Polygon of "
                 "longitude, latitude, or several"
             ) from None
-        for part in _parts(whole if to_earth is None else shapely.transform(whole, to_earth)):
+        for part in _parts(whole):
             yield Feature(name, part, known, (), where)
 
 
 _FOLDERS = ("kml", "Document", "Folder")
-_DEEPEST_FOLDER = 64
-_MOST_NAMED = 5
 _NOT_READ = ("NetworkLink", "GroundOverlay", "ScreenOverlay", "PhotoOverlay", "Tour", "Model", "Track", "MultiTrack")
 
 
@@ -176,34 +139,25 @@ def read_kml(path: Path) -> tuple[list[Feature], list[str]]:
     """Features of a KML file, of a KMZ those of its main document, and what was left out, in words.
 
     What is switched off (visibility 0, of the placemark or of a folder that it lies in) is left out. Heights play no
-    part: sites stand on the ground of the case. That is said where a placemark stands above it. Raises InputError: no
-    KML, an XML entity that is not harmless, positions that are none, no placemarks.
+    part: sites stand on the ground of the case. Raises InputError: no KML, positions that are none, no placemarks.
     """
     left_out: Counter[str] = Counter()
-    root = parsed_xml(_document(path, read_bytes(path, InputError, most=MOST_BYTES), left_out), str(path), InputError)
+    try:
+        root = fromstring(_document(path, read_bytes(path, InputError, most=MOST_BYTES), left_out))
+    except (ParseError, LookupError, ValueError) as fault:
+        raise InputError(f"{path}: not well-formed XML ({fault})") from None
     if _tag(root) != "kml":
         raise InputError(f"{path}: found XML whose outermost element is {_tag(root)!r}; allowed: a KML")
     features: list[Feature] = []
-    hidden: list[str] = []
-    for number, (placemark, folders, is_shown) in enumerate(_placemarks(root, (), left_out, 0), start=1):
-        if not is_shown:
-            hidden.append(f'"{_text(placemark, "name")}"')
-            continue
-        features += _of_placemark(path, placemark, folders, number, left_out)
-    if hidden:
-        shown = ", ".join(hidden[:_MOST_NAMED]) + (", ..." if len(hidden) > _MOST_NAMED else "")
-        what = "placemarks" if len(hidden) > 1 else "placemark"
-        left_out[f"{what} switched off in the file (visibility 0: {shown})"] = len(hidden)
+    for number, (placemark, folders, is_shown) in enumerate(_placemarks(root, (), left_out), start=1):
+        if is_shown:
+            features += _of_placemark(path, placemark, folders, number, left_out)
+        else:
+            left_out["placemarks switched off in the file (visibility 0)"] += 1
     if not features:
         listed = ", ".join(f"{number} {what}" for what, number in left_out.items()) or "nothing"
         raise InputError(f"{path}: found no placemark with a point, a line or a polygon, only {listed}")
-    high, timed = left_out.pop("above the ground", 0), left_out.pop("of a time", 0)
-    notes = [f"{number} {what} left out" for what, number in left_out.items()]
-    if high:
-        notes.append(f"placemarks above the ground in the file, whose heights are not used: {high}")
-    if timed:
-        notes.append(f"placemarks of a time or a span of it in the file, taken for all times: {timed}")
-    return features, notes
+    return features, [f"{number} {what} left out" for what, number in left_out.items()]
 
 
 def _document(path: Path, data: bytes, left_out: Counter[str]) -> bytes:
@@ -237,11 +191,9 @@ def _text(element: Element, child: str) -> str:
 
 
 def _placemarks(
-    element: Element, folders: tuple[str, ...], left_out: Counter[str], depth: int, is_shown: bool = True
+    element: Element, folders: tuple[str, ...], left_out: Counter[str], is_shown: bool = True
 ) -> Iterator[tuple[Element, tuple[str, ...], bool]]:
     """Placemarks, the folders that they lie in, and whether both are switched on."""
-    if depth > _DEEPEST_FOLDER:
-        raise InputError(f"found folders nested deeper than {_DEEPEST_FOLDER}; allowed: fewer")
     for child in element:
         tag = _tag(child)
         is_on = is_shown and _text(child, "visibility") not in ("0", "false")
@@ -249,7 +201,7 @@ def _placemarks(
             yield child, folders, is_on
         elif tag in _FOLDERS:
             name = _text(child, "name")
-            yield from _placemarks(child, (*folders, name) if name else folders, left_out, depth + 1, is_on)
+            yield from _placemarks(child, (*folders, name) if name else folders, left_out, is_on)
         elif tag in _NOT_READ:
             left_out[tag] += 1
 
@@ -260,9 +212,7 @@ def _of_placemark(
     name = _text(placemark, "name")
     where = f"{path}: placemark {number}" + (f' ("{name}")' if name else "")
     known = dict(_properties(placemark))
-    if any(_tag(one) in ("TimeSpan", "TimeStamp") for one in placemark):
-        left_out["of a time"] += 1
-    found = list(_elements(placemark, where, left_out, 0))
+    found = list(_elements(placemark, where, left_out))
     if not found:
         left_out["placemarks without a place"] += 1
     for geometry in found:
@@ -278,13 +228,13 @@ def _properties(placemark: Element) -> Iterator[tuple[str, str]]:
             yield element.get("name", ""), (element.text or "").strip()
 
 
-def _elements(element: Element, where: str, left_out: Counter[str], depth: int) -> Iterator[BaseGeometry]:
+def _elements(element: Element, where: str, left_out: Counter[str]) -> Iterator[BaseGeometry]:
     import shapely
 
     for child in element:
         tag = _tag(child)
-        if tag == "MultiGeometry" and depth < _DEEPEST_FOLDER:
-            yield from _elements(child, where, left_out, depth + 1)
+        if tag == "MultiGeometry":
+            yield from _elements(child, where, left_out)
         elif tag in _NOT_READ:
             left_out[tag] += 1
         elif tag in ("Point", "LineString", "LinearRing", "Polygon"):
@@ -296,7 +246,7 @@ def _elements(element: Element, where: str, left_out: Counter[str], depth: int) 
                     raise InputError(
                         f"{where}: found a Polygon without an outerBoundaryIs; allowed: one LinearRing in it"
                     )
-            placed = [_positions(ring, where, left_out) for ring in rings]
+            placed = [_positions(ring, where) for ring in rings]
             try:
                 if tag == "Point":
                     yield shapely.Point(placed[0][0])
@@ -308,7 +258,7 @@ def _elements(element: Element, where: str, left_out: Counter[str], depth: int) 
                 raise InputError(f"{where}: found a {tag} that cannot be read ({fault})") from None
 
 
-def _positions(element: Element, where: str, left_out: Counter[str]) -> list[tuple[float, float]]:
+def _positions(element: Element, where: str) -> list[tuple[float, float]]:
     tuples = [part.split(",") for part in _text(element, "coordinates").split()]
     try:
         if not all(2 <= len(one) <= 3 for one in tuples):
@@ -322,11 +272,6 @@ def _positions(element: Element, where: str, left_out: Counter[str]) -> list[tup
             f'{where}: coordinates: found "{shown}"; allowed: longitude,latitude or longitude,latitude,altitude '
             "without blanks in it, with decimal points"
         ) from None
-    mode = _text(element, "altitudeMode")
-    if mode not in ("", "clampToGround", "clampToSeaFloor") and any(
-        len(one) == 3 and one[2].strip("0.-+") for one in tuples
-    ):
-        left_out["above the ground"] += 1
     return placed
 
 

@@ -39,7 +39,6 @@ drag = "shell_fragment"
 name = "ring"
 radius = "25 ft"
 """
-_FRAGMENTS = "mass_kg,vx_m_s,vy_m_s,vz_m_s\n0.05,600,0,100\n0.02,0,700,50\n0.01,-800,0,200\n"
 _ROUNDS = "stack.count=1,2"  # a meridian, and a pair in three dimensions: little is common to them
 
 
@@ -67,12 +66,3 @@ def warm_up() -> dict[str, Any]:
         "cache": None if root is None else str(root),
         "failures": list(swept.failures.values()),
     }
-
-
-def compile_flight(case: str) -> None:
-    """Fly three fragments of a case file, which compiles what its flight needs and is not in the cache."""
-    from fragfield.interface.running import run
-
-    fragments = Path(case).with_name("fragments.csv")
-    fragments.write_text(_FRAGMENTS, encoding="utf-8")
-    run(case, fragments=fragments, only="fly", out=fragments.with_name("run"), progress=False)

@@ -14,9 +14,8 @@ import threading
 import time
 import uuid
 import warnings
-from collections import Counter, deque
 from collections.abc import Callable, Mapping
-from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, ProcessPoolExecutor, wait
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Future, ProcessPoolExecutor, wait
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -39,24 +38,20 @@ from fragfield.results.flight import Flight
 from fragfield.results.part import to_json
 from fragfield.results.summary import Summary
 from fragfield.terminal.logs import to_stderr
-from fragfield_base.ambient import settle_child
+from fragfield_base.ambient import settle
 from fragfield_base.cores import cores
 from fragfield_base.interruption import end_requested
 from fragfield_base.version import __version__
-from fragfield_base.writing import locked
 from transition import Snapshot
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
-    from concurrent.futures import Future
     from multiprocessing.connection import Connection
     from types import FrameType
 
     from fragfield.pipeline.beside import Burst
 
 
-_PATIENCE = 60.0  # s for which a run waits for one that a lost worker has not yet ended in the same directory
-_PAUSE = 0.5
 _last: list[tuple[object, Burst]] = []
 """What the last burst of this process was made of, and that burst: runs that differ in the break-up or the flight alone
 have the same."""
@@ -124,22 +119,10 @@ def _outcome(task: Task, summary: Summary) -> Outcome:
 def _in_directory(task: Task, directory: Path) -> Summary:
     from fragfield.pipeline.chain import run_chain
 
-    _await_lock(directory)
     assert isinstance(task.case, CaseTable)
     options = RunOptions(directory, resume=True, quiet=True, threads=task.threads, lean=True, made=task.case)
     run_chain(options, task.only)
     return RunDirectory(directory).results()
-
-
-def _await_lock(directory: Path) -> None:
-    """Wait while a worker that the scheduler has lost still ends its run there."""
-    until = time.monotonic() + _PATIENCE
-    while time.monotonic() < until:
-        try:
-            with locked(directory, InputError, warn=False):
-                return
-        except InputError:
-            time.sleep(_PAUSE)
 
 
 def _numbers(task: Task) -> Summary:
@@ -185,8 +168,7 @@ def _burst(case: CaseTable, task: Task) -> Burst:
 
 _WAIT = 0.2  # s; a wait without end would not see Ctrl-C on every system
 _ANSWER = 20.0  # s for a scheduler to answer
-_TRIES = 3  # of a run whose process was killed
-_KILLED = f"its process was killed {_TRIES} times, for want of memory or by a signal"
+_KILLED = "a process was killed, for want of memory or by a signal; --resume makes its runs again"
 _working = threading.Event()
 """In a process of `Processes`: whether a run is at hand."""
 _one_run = threading.Lock()
@@ -209,50 +191,26 @@ def make_all(
 ) -> None:
     """Make runs, as many at one time as `workers` has, and report the end of each in this thread.
 
-    Where a process is killed, the runs at hand are made again one by one: none that ends its process takes another with
-    it. `workers` is closed at the end, and interrupted first where an error or Ctrl-C ends the work.
+    Those whose process is killed have failed, with those beside them. `workers` is closed at the end, and interrupted
+    first where an error or Ctrl-C ends the work.
     """
-    waiting, again, tries = iter(tasks), deque[Task](), Counter[str]()
-    announced: set[str] = set()
-    at_hand: dict[Future[Outcome], Task] = {}
+    waiting, at_hand = iter(tasks), dict[Future[Outcome], Task]()
     try:
         while True:
-            alone = bool(again) or any(tries[task.name] for task in at_hand.values())
-            while len(at_hand) < (1 if alone else workers.size):
-                task = again.popleft() if again else next(waiting, None)
-                if task is None:
-                    break
-                if task.name not in announced:
-                    announced.add(task.name)
-                    begun(task)
-                try:
-                    at_hand[workers.submit(task)] = task
-                except BrokenExecutor:  # a process was killed while it was idle, or a moment ago
-                    again.append(task)
-                    if not at_hand:
-                        workers.restart()
-                    break
-            if not at_hand and not again:
+            while len(at_hand) < workers.size and (task := next(waiting, None)) is not None:
+                begun(task)
+                at_hand[workers.submit(task)] = task
+            if not at_hand:
                 return
-            done = wait(at_hand, timeout=_WAIT, return_when=FIRST_COMPLETED).done
-            killed = [future for future in done if isinstance(future.exception(), BrokenExecutor)]
-            for future in done.difference(killed):
+            for future in wait(at_hand, timeout=_WAIT, return_when=FIRST_COMPLETED).done:
                 error = future.exception()
                 outcome = future.result() if error is None else Outcome.of(error)
+                if isinstance(error, BrokenExecutor):
+                    outcome = Outcome(EXIT_FAULT, _KILLED)
                 if outcome.code == EXIT_INTERRUPTED:
                     raise KeyboardInterrupt
                 ended(at_hand.pop(future), outcome)
                 del future  # a cluster makes a run again whose result is held here and lost there
-            del done
-            if killed:
-                workers.restart()
-                for task in at_hand.values():
-                    tries[task.name] += 1
-                    if tries[task.name] < _TRIES:
-                        again.append(task)
-                    else:
-                        ended(task, Outcome(EXIT_FAULT, _KILLED))
-                at_hand.clear()
     except BaseException:
         workers.interrupt()
         raise
@@ -276,15 +234,18 @@ class Processes:
 
     def submit(self, task: Task) -> Future[Outcome]:
         """Begin a run, in a new process where fewer than `size` are there."""
+        with _without_main():
+            try:
+                return self._started().submit(_perform, self._function, task)
+            except BrokenExecutor:  # a process was killed
+                self.close()
+                return self._started().submit(_perform, self._function, task)
+
+    def _started(self) -> ProcessPoolExecutor:
         if self._pool is None:
             ready = (self._threads, self._held_there)
             self._pool = ProcessPoolExecutor(self.size, self._context, _prepare, ready)
-        with _without_main():
-            return self._pool.submit(_perform, self._function, task)
-
-    def restart(self) -> None:
-        """Leave a pool of which a process was killed."""
-        self.close()
+        return self._pool
 
     def interrupt(self) -> None:
         """End the runs at hand with their checkpoints, and begin no other."""
@@ -311,7 +272,7 @@ def _without_main() -> Iterator[None]:
 def _prepare(threads: int, held: Connection) -> None:
     """In a new process: a session of its own, its threads, and an end with the process that gives the work."""
     os.setsid()
-    settle_child(InputError)
+    settle(InputError)
     os.environ["NUMBA_NUM_THREADS"] = os.environ["OMP_NUM_THREADS"] = str(threads)  # read when numba is loaded
     os.dup2(2, 1)  # what a library prints is no result of the command
     signal.signal(signal.SIGTERM, _interrupt)
@@ -385,9 +346,6 @@ class Cluster:
         """Begin a run on whichever worker is free."""
         future: Future[Outcome] = self._executor.submit(perform_in_turn, task, self._study, self._build)
         return future
-
-    def restart(self) -> None:
-        """Nothing: the scheduler gives the runs of a lost worker to others."""
 
     def interrupt(self) -> None:
         """End the runs at hand with their checkpoints, and begin no other."""

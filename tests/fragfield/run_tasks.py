@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import time
 from concurrent.futures import ThreadPoolExecutor
-from pathlib import Path
 
 from fragfield.studies.workers import Outcome
 
@@ -17,15 +16,11 @@ class Threads:
 
     def __init__(self, size, function):
         self.size, self._function = size, function
-        self._pool, self.restarts = ThreadPoolExecutor(size), 0
+        self._pool = ThreadPoolExecutor(size)
 
     def submit(self, task):
         """Begin a run."""
         return self._pool.submit(self._function, task)
-
-    def restart(self):
-        """Go on after a kill."""
-        self.restarts += 1
 
     def interrupt(self):
         """Begin no other."""
@@ -48,14 +43,10 @@ def in_threads(monkeypatch, function):
 def answer(task):
     """Print as C code does, then end the process as the values say, or answer with its number and its threads."""
     os.write(1, b"words\n")
-    if "once" in task.values and not Path(task.values["once"]).exists():
-        Path(task.values["once"]).touch()
-        os.kill(os.getpid(), 9)
     if "signal" in task.values:
         os.kill(os.getpid(), task.values["signal"])
     if "exit" in task.values:
         os._exit(task.values["exit"])
-    time.sleep(task.values.get("seconds", 0.0))
     return Outcome(0, "", {"process": os.getpid(), "threads": os.environ["NUMBA_NUM_THREADS"]})
 
 

@@ -13,7 +13,7 @@ import fragfield
 from flight.arena import ArenaTable
 from tests.fragfield.short_run import invoke
 from tests.fragfield.test_import_reports import ARENA, NUMBERS
-from tests.fragfield.test_import_workbooks import HEAD, workbook, write_ods
+from tests.fragfield.test_import_workbooks import HEAD, workbook
 
 ZONES = range(0, 180, 30)
 GROUPS = ((0.1, 0.5), (0.5, 2.0), (2.0, 10.0), (10.0, 1000.0))  # g
@@ -77,14 +77,8 @@ def excel(path):
     book.save(path)
 
 
-def ods(path):
-    """A sheet of another program, which ends in a million empty rows."""
-    write_ods(path, [NAMES, *rows()])
-
-
 DIALECTS = {
     "points.csv": english, "commas.csv": excel_of_decimal_commas, "excel.txt": excel_text, "merged.xlsx": excel,
-    "sheet.ods": ods,
 }  # fmt: skip
 
 

@@ -1,4 +1,4 @@
-"""Tables in XLSX and ODS: what a spreadsheet made of a number, hidden sheets, damaged and hostile files."""
+"""Tables in XLSX: what a spreadsheet made of a number, hidden sheets, damaged and hostile files."""
 
 from __future__ import annotations
 
@@ -26,25 +26,6 @@ def workbook(path, *sheets, change=None):
     return path
 
 
-def write_ods(path, rows):
-    """A sheet as LibreOffice writes it, which ends in a million empty rows."""
-
-    def cell(value):
-        kind = "string" if isinstance(value, str) else f'float" office:value="{float(value)!r}'
-        return f'<table:table-cell office:value-type="{kind}"><text:p>{value}</text:p></table:table-cell>'
-
-    body = "".join(f"<table:table-row>{''.join(map(cell, row))}</table:table-row>" for row in rows)
-    names = "".join(f' xmlns:{one}="urn:oasis:names:tc:opendocument:xmlns:{one}:1.0"' for one in PARTS)
-    with zipfile.ZipFile(path, "w") as archive:
-        archive.writestr("content.xml", (
-            f'<office:document-content{names} xmlns:dc="http://purl.org/dc/elements/1.1/"><office:automatic-styles/>'
-            f'<office:body><office:spreadsheet><table:table table:name="Blatt1">{body}<table:table-row '
-            'table:number-rows-repeated="1048550"><table:table-cell table:number-columns-repeated="16384"/>'
-            "</table:table-row></table:table></office:spreadsheet></office:body></office:document-content>"
-        ))  # fmt: skip
-
-
-PARTS = ("office", "table", "text", "style")
 HEAD = ["zone", "number", "mean mass (g)", "speed (m/s)"]
 
 
@@ -101,9 +82,8 @@ LAUGHS = b'<?xml version="1.0"?><!DOCTYPE x [<!ENTITY a "ha"><!ENTITY b "&a;&a;"
 @pytest.mark.parametrize(
     ("replaced", "message"),
     [
-        ({"xl/worksheets/sheet1.xml": LAUGHS}, "xl/worksheets/sheet1.xml declares a document type"),
-        ({"xl/worksheets/sheet1.xml": b" " * (1 << 28)}, "unpacks to more than 268435456 bytes"),
-        ({"xl/worksheets/sheet1.xml": b"<worksheet"}, "damaged, or not as spreadsheets write XLSX"),
+        ({"xl/worksheets/sheet1.xml": LAUGHS}, "not a workbook that can be read|no cell of it holds anything"),
+        ({"xl/worksheets/sheet1.xml": b"<worksheet"}, "not a workbook that can be read"),
         ({"xl/workbook.xml": b"<a/>"}, "no cell of it holds anything"),
     ],
 )
@@ -111,27 +91,16 @@ def test_hostile_workbooks_are_refused_in_one_line(replaced, message, tmp_path):
     path = packed(tmp_path / "t.xlsx", replaced)
     with pytest.raises(fragfield.InputError) as found:
         fragfield.import_table(path)
-    assert message in str(found.value)
+    assert re.search(message, str(found.value))
     assert "\n" not in str(found.value)
-
-
-def test_a_cut_ods_is_refused_and_not_read_in_part(tmp_path):
-    write_ods(tmp_path / "t.ods", [HEAD, ["0-90", 3, 1.5, 800]])
-    source = zipfile.ZipFile(io.BytesIO((tmp_path / "t.ods").read_bytes()))
-    with zipfile.ZipFile(tmp_path / "t.ods", "w") as target:
-        for entry in source.namelist():
-            content = source.read(entry)
-            target.writestr(entry, content[: len(content) // 2] if entry == "content.xml" else content)
-    with pytest.raises(fragfield.InputError, match=r"content\.xml: not well-formed XML"):
-        fragfield.import_table(tmp_path / "t.ods")
 
 
 @pytest.mark.parametrize(
     ("name", "content", "message"),
     [
-        ("t.xlsx", b"PK\x03\x04" + b"x" * 100, "not a workbook in XLSX or ODS"),
-        ("t.xls", b"\xd0\xcf\x11\xe0" + b"x" * 100, "an old or encrypted Excel workbook; save it as .xlsx"),
-        ("t.ods", b"no archive", "not a workbook in XLSX or ODS"),
+        ("t.xlsx", b"PK\x03\x04" + b"x" * 100, "not a workbook that can be read"),
+        ("t.xls", b"\xd0\xcf\x11\xe0" + b"x" * 100, "allowed: .xlsx without a password"),
+        ("t.ods", b"no archive", "allowed: .xlsx without a password"),
     ],
 )
 def test_files_that_are_no_workbooks(name, content, message, tmp_path):
@@ -148,84 +117,6 @@ def rewritten(path, part, change):
             content = source.read(entry)
             target.writestr(entry, change(content.decode()).encode() if entry == part else content)
     return path
-
-
-COMMENT = (
-    "<office:annotation><dc:creator>A</dc:creator><dc:date>2026-11-25T10:00:00</dc:date>"
-    "<text:p>1</text:p><text:p>per quadrant</text:p></office:annotation>"
-)
-
-
-@pytest.mark.parametrize("where", ["before", "after", "within"])
-def test_comments_of_an_ods_are_no_part_of_numbers_and_names(where, tmp_path):
-    """In text cells and in the heads of columns, with author and date, as LibreOffice writes them."""
-    write_ods(tmp_path / "t.ods", [HEAD, ["0-90", "3", "1.5", "800"], ["90-180", "900", "2.5", "900"]])
-
-    def commented(text):
-        for words in ("number", "900", "mean mass (g)"):
-            cell = f"<text:p>{words}</text:p>"
-            assert cell in text
-            text = text.replace(
-                cell,
-                {
-                    "before": COMMENT + cell,
-                    "after": cell + COMMENT,
-                    "within": f"<text:p>{words}{COMMENT}</text:p>",
-                }[where],
-            )
-        return text
-
-    table = fragfield.import_table(rewritten(tmp_path / "t.ods", "content.xml", commented))
-    assert table.summary["pieces"] == 903
-    assert table.summary["mass"] == pytest.approx(3 * 1.5e-3 + 900 * 2.5e-3)
-
-
-def test_two_lines_of_a_cell_are_no_number(tmp_path):
-    write_ods(tmp_path / "t.ods", [HEAD, ["0-90", "3", "1.5", "800"], ["90-180", "900", "2.5", "900"]])
-    path = rewritten(tmp_path / "t.ods", "content.xml", lambda text: text.replace(
-        "<text:p>900</text:p>", "<text:p>9</text:p><text:p>00</text:p>", 1))  # fmt: skip
-    with pytest.raises(fragfield.InputError, match="'9 00'"):
-        fragfield.import_table(path)
-
-
-HIDDEN = (
-    '<style:style style:name="hid" style:family="table"><style:table-properties table:display="false"/></style:style>'
-)
-OTHER = (
-    '<table:table table:name="{name}"{style}><table:table-row><table:table-cell office:value-type="float" '
-    'office:value="3"><text:p>3</text:p></table:table-cell></table:table-row></table:table></office:spreadsheet>'
-)
-
-
-@pytest.mark.parametrize(
-    ("name", "style"), [("old", ' table:style-name="hid"'), ("'file:///C:/x/masses.ods'#$Sheet1", "")]
-)
-def test_hidden_sheets_and_copies_of_linked_files_are_left_out_of_an_ods_and_said(name, style, tmp_path):
-    write_ods(tmp_path / "t.ods", [HEAD, ["0-90", 3, 1.5, 800], ["90-180", 4, 2.5, 900]])
-
-    def with_other(text):
-        text = re.sub(
-            r"<office:automatic-styles/>", f"<office:automatic-styles>{HIDDEN}</office:automatic-styles>", text
-        )
-        return text.replace("</office:spreadsheet>", OTHER.format(name=name, style=style))
-
-    path = rewritten(tmp_path / "t.ods", "content.xml", with_other)
-    guess = fragfield.import_table(path).guesses[0]
-    assert guess.value == "Blatt1"
-    assert f"hidden and left out: {name!r}" in guess.reason
-
-
-def test_hidden_rows_are_read_and_said(tmp_path):
-    rows = [HEAD, ["0-90", 3, 1.5, 800], ["90-180", 4, 2.5, 900]]
-    write_ods(tmp_path / "t.ods", rows)
-    last = '<table:table-row><table:table-cell office:value-type="string"><text:p>90-180'
-    rewritten(tmp_path / "t.ods", "content.xml", lambda text: text.replace(
-        last, last.replace("row>", 'row table:visibility="filter">', 1)))  # fmt: skip
-    workbook(tmp_path / "t.xlsx", ("a", rows), change=lambda book: setattr(book["a"].row_dimensions[3], "hidden", True))
-    for name in ("t.ods", "t.xlsx"):
-        table = fragfield.import_table(tmp_path / name)
-        assert table.summary["pieces"] == 7
-        assert "hidden rows: 1 (by a filter or by hand; they are read)" in map(str, table.guesses)
 
 
 @pytest.mark.parametrize("cells", ["numbered", "not numbered"])

@@ -255,10 +255,9 @@ INPUTS = {
     "a hole that is not declared": checked(ROUND + ground(file="m.tif", site=maps.SITE), 2, "9 of 6561 heights are beyond -500 to 9000 m", **{"m.tif": geotiff(hole(-9999.0))}),
     "a hole that is declared": checked(ROUND + ground(file="m.tif", site=maps.SITE), 2, "9 of 6561 nodes have no height", **{"m.tif": geotiff(hole(-9999.0), nodata=-9999)}),
     # places of a map
-    "a bank that is hidden": placed(kml(GATE, bank(HIDDEN)), 0, '1 placemark switched off in the file (visibility 0: "bank") left out', never=("obstacle bank",)),
+    "a bank that is hidden": placed(kml(GATE, bank(HIDDEN)), 0, "1 placemarks switched off in the file (visibility 0) left out", never=("obstacle bank",)),
     "a folder that is hidden": placed(kml(GATE, f"<Folder><name>old</name>{HIDDEN}{bank()}</Folder>"), 0, "1 placemark switched off", never=("obstacle bank",)),
     "a map of hidden places": placed(kml(mark("gate", (80, 0), more=HIDDEN, kind="person")), 2, "found no placemark", "1 placemark switched off"),
-    "a bank of a time": placed(kml(GATE, bank("<TimeSpan><begin>2001</begin></TimeSpan>")), 0, "of a time or a span of it in the file, taken for all times: 1", "obstacle bank"),
     "a bank with a decimal comma": placed(kml(GATE, bank(height="4,5 m")), 2, 'placemark 2 ("bank"): height: found "4,5 m", which has a comma'),
     "a map with longitude second": placed(kml(GATE.replace("{},{}".format(*at(80, 0)), "51.5,7")), 2, "are exchanged; allowed: longitude first"),
     # drawings

@@ -24,6 +24,7 @@ from fragfield.results.flight import Flight
 from fragfield.results.summary import Summary, Warned
 from fragfield.terminal.logs import logged
 from fragfield.terminal.progress import ProgressReporter
+from fragfield_base.writing import locked
 from tests.fragfield.example_results import example
 
 TUBE = Path(__file__).parents[2] / "cases" / "tube.toml"
@@ -226,17 +227,16 @@ def test_links_under_names_of_ours_are_not_followed(case, tmp_path):
 
 def test_a_second_writer_is_refused_until_the_first_one_is_gone_however_it_went(tmp_path):
     code = (
-        "import sys, time; from pathlib import Path; from fragfield.files.run_directory import RunDirectory\n"
-        "with RunDirectory(Path(sys.argv[1])).locked():\n    print('in', flush=True); time.sleep(60)\n"
+        "import sys, time; from pathlib import Path; from fragfield_base.writing import locked\n"
+        "with locked(Path(sys.argv[1]), ValueError):\n    print('in', flush=True); time.sleep(60)\n"
     )
     environment = {**os.environ, "PYTHONPATH": str(TUBE.parents[1])}
     holder = subprocess.Popen([sys.executable, "-c", code, str(tmp_path)], stdout=subprocess.PIPE, env=environment)
     assert holder.stdout.readline() == b"in\n"
-    run = RunDirectory(tmp_path)
-    with pytest.raises(InputError, match=r"another command.* is writing into it; wait"), run.locked():
+    with pytest.raises(InputError, match=r"another command is writing into it; wait"), locked(tmp_path, InputError):
         pass
     holder.kill()
     holder.wait()
-    with run.locked():
+    with locked(tmp_path, InputError):
         pass
     assert list(tmp_path.iterdir()) == []

@@ -5,8 +5,9 @@ from __future__ import annotations
 import h5py
 import pytest
 
-from fragfield.files.run_directory import RunDirectory
+from fragfield.errors import InputError
 from fragfield_base.hdf5_files import SEAL_LENGTH
+from fragfield_base.writing import locked
 from tests.fragfield.short_run import invoke
 
 pytestmark = pytest.mark.dolfinx
@@ -102,7 +103,7 @@ def test_a_run_that_another_command_writes_is_left_alone(run_copy, short_case, w
     before = {entry.name: entry.stat().st_mtime_ns for entry in run_copy.iterdir()}
     verb, *options = words
     target = [short_case, "--out", run_copy] if options else [run_copy]
-    with RunDirectory(run_copy).locked():
+    with locked(run_copy, InputError):
         done = invoke(verb, *target, *options, "--quiet")
     assert done.exit_code == 2
     assert "another command" in done.stderr

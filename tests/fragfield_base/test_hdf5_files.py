@@ -99,7 +99,7 @@ def test_a_full_disk_says_so_what_was_kept_and_how_to_go_on(tmp_path):
     create(path)
     size = path.stat().st_size
     for room in (0, 100, 2000, 6000):
-        with limited_file_size(size + room), pytest.raises(RefusedError, match=r"would be larger.*unchanged.*--resume"):
+        with limited_file_size(size + room), pytest.raises(RefusedError, match=r"File too large.*unchanged.*--resume"):
             create(path, 3)
         assert states(path) == 1
         assert path.stat().st_size == size

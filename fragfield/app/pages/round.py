@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from fragfield.app.page import CasePage
 
 
-_DRAWINGS = (".dxf", ".csv", ".xlsx", ".ods")
+_DRAWINGS = (".dxf", ".csv", ".xlsx")
 _UNITS = ("mm", "cm", "m", "in")
 # A cased charge to begin with, where there is none.
 BARE = {"unit": "mm", "outer": {"points": [[0, 20], [80, 40], [260, 40]]},

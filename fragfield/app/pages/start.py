@@ -22,7 +22,7 @@ _TEMPLATES = {
     "single": "One round (M107, TNT)", "workshop": "A row of four at a workshop and a road",
     "drawing": "A round of my own drawing",
 }  # fmt: skip
-_UPLOADS = (".toml", ".csv", ".tsv", ".txt", ".xlsx", ".ods", ".asc", ".tif", ".tiff", ".png", ".jpg", ".geojson",
+_UPLOADS = (".toml", ".csv", ".tsv", ".txt", ".xlsx", ".asc", ".tif", ".tiff", ".png", ".jpg", ".geojson",
             ".kml", ".kmz", ".dxf", ".msh")  # fmt: skip
 
 

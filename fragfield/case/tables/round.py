@@ -112,7 +112,7 @@ class ContourTable(Table):
     """A contour of the casing from a drawing or a table of diameters, in place of a profile."""
 
     file: str = Field(min_length=1)
-    """A section in DXF, half of it or both halves, or a table of diameters or radii (.csv, .xlsx, .ods)."""
+    """A section in DXF, half of it or both halves, or a table of diameters or radii (.csv, .xlsx)."""
     unit: UnitOfFile = None
     """Length of one unit of the file; left out: as the file says, and refused where it does not."""
     layers: list[str] | None = Field(default=None, min_length=1)
