@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 if TYPE_CHECKING:
     import h5py
-    from numpy.typing import ArrayLike, NDArray
 
 
 _KINDS = {"numbers": "fiub", "whole numbers": "iub"}

@@ -7,14 +7,10 @@ is computed by these. Between processors with fused multiplication (AVX2 and new
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from collections.abc import Callable
 
 import numpy as np
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike, NDArray
 
 
 def _by_element(function: Callable[..., float], arguments: int = 1) -> Callable[..., NDArray[np.float64]]:

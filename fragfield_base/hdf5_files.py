@@ -17,16 +17,15 @@ import io
 import os
 import stat
 import struct
+from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO
 
 from fragfield_base.interruption import Interruption
 from fragfield_base.writing import refuse_link, replacing
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-    from pathlib import Path
-
     import h5py
 
 

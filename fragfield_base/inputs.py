@@ -10,16 +10,13 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 from fragfield_base.bounds import Bounds
 from fragfield_base.errors import nearest_name, show
 from fragfield_base.units import DIMENSIONS, UnitError, degrees, dimension_words, read_measure, with_article
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
-
 
 _LARGEST = 1e4  # numbers in the unit of an example; beyond, the SI unit reads better
 _STARTS_AS_NUMBER = re.compile(r"^[\s(]*[-+]?\.?\d")

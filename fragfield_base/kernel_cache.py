@@ -10,16 +10,13 @@ import hashlib
 import importlib
 import logging
 import os
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from functools import cache, wraps
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from fragfield_base.cores import let_threads_sleep
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator
-
 
 _log = logging.getLogger("fragfield.kernels")
 

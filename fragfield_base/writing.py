@@ -14,13 +14,10 @@ import io
 import logging
 import os
 import stat
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, BinaryIO
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping
-
+from typing import BinaryIO
 
 DRAFT = ".part"
 """Suffix of a file while it is written."""

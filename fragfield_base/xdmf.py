@@ -5,15 +5,11 @@ from __future__ import annotations
 import hashlib
 import re
 from html import escape
-from typing import TYPE_CHECKING
+from pathlib import Path
 from xml.etree import ElementTree as ET
 
 from fragfield_base.hdf5_files import reading
 from fragfield_base.reading import read_text
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
 
 _STAMP = re.compile(r"<!-- checksum of the above: ([0-9a-f]{32}) -->\n\Z")
 _MOST = 1 << 28

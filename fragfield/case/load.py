@@ -9,8 +9,14 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 from pydantic import ValidationError
 
+from burst_fenicsx.data import LENGTH_UNITS
+from burst_fenicsx.geometry import Profile, load_profile
+from burst_fenicsx.geometry.files import PROFILES
+from burst_fenicsx.materials.library import load_casing, load_explosive, load_substance
+from burst_fenicsx.meshing import mesh_round
 from burst_fenicsx.problem import Part
 from fragfield.case.checks.consistency import check_case, check_charges, check_protective_works
 from fragfield.case.checks.estimates import stage_faults
@@ -45,7 +51,6 @@ from fragfield_base.substances import Substance
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
 
-    from burst_fenicsx.geometry import Profile
 
 Material = ExplosiveTable | CasingTable
 
@@ -152,7 +157,6 @@ def _refuse_deep(document: Mapping[str, Any], source: str) -> None:
 
 
 def _casings(case: CaseTable, folder: Path) -> list[Substance]:
-    from burst_fenicsx.materials.library import load_substance
 
     named = [entry.casing for entry in case.round if isinstance(entry.casing, str)]
     names = dict.fromkeys(_located(name, folder) for name in named)
@@ -219,8 +223,6 @@ def _resolved_round(entry: RoundTable, source: str, key: str, folder: Path) -> R
             raise CaseFaults(source, [Fault(f"{key}.ignition[{number}].station", fault)])
     made = entry.model_copy(update=changes)
     if entry.mesh is not None:
-        from burst_fenicsx.data import LENGTH_UNITS
-
         faults = unit_faults(entry, masses_of(made).casing, LENGTH_UNITS[made.mesh_unit or "m"])
         refuse(source, [Fault(f"{key}.mesh", words) for words in faults])
     return made
@@ -228,8 +230,6 @@ def _resolved_round(entry: RoundTable, source: str, key: str, folder: Path) -> R
 
 def named_material(kind: str, name: str, *, source: str, key: str, folder: Path) -> Material:
     """Table of an "explosive" or a "casing" of the library or of a user's file; raises CaseFaults for another name."""
-    from burst_fenicsx.materials.library import load_casing, load_explosive
-
     with faults_at(source, key):
         located = _located(name, folder)
         if kind == "explosive":
@@ -238,9 +238,6 @@ def named_material(kind: str, name: str, *, source: str, key: str, folder: Path)
 
 
 def _charge_of_mesh(entry: RoundTable) -> tuple[float, float]:
-    import numpy as np
-
-    from burst_fenicsx.meshing import mesh_round
 
     mesh = mesh_round(burst_round(entry), 1.0)
     nodes = mesh.nodes[np.unique(mesh.cells[mesh.part == Part.CHARGE])]
@@ -270,8 +267,6 @@ def _as_table(material: DataclassInstance, table: type[Material]) -> Material:
 
 
 def _profile(value: str | dict[str, Any] | None, folder: Path) -> tuple[dict[str, Any], Profile]:
-    from burst_fenicsx.geometry import load_profile
-    from burst_fenicsx.geometry.files import PROFILES
 
     if isinstance(value, dict):
         return value, profile_of_table(value)

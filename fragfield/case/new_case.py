@@ -11,6 +11,8 @@ from typing import Any, get_args
 
 from pydantic import BaseModel
 
+from burst_fenicsx.geometry.files import load_profile, profile_names
+from burst_fenicsx.materials.library import burst_explosive_names, casing_names
 from fragfield.case.keys import Key, keys_of, kind_of
 from fragfield.case.schema import CaseTable
 from fragfield.case.tables.burst import BurstTable
@@ -66,8 +68,6 @@ def write_new_case(
 def _chosen(
     profile: str, explosive: str, casing: str | None, stack: str | None, *, lying: bool = False
 ) -> dict[str, Any]:
-    from burst_fenicsx.geometry.files import profile_names
-    from burst_fenicsx.materials.library import burst_explosive_names, casing_names
 
     _require("--round", profile, profile_names())
     explosive = _built_in("--explosive", explosive, "explosive", burst_explosive_names())
@@ -104,7 +104,6 @@ def _chosen(
 
 
 def _lying(profile: str) -> dict[str, Any]:
-    from burst_fenicsx.geometry.files import load_profile
 
     found = load_profile(profile)
     height = math.ceil(1e3 * found.max_radius - 1e-6)  # whole millimetres, not into the ground

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 import flight
+from burst_fenicsx.axisymmetric.applicability import why_not_axisymmetric
 from burst_fenicsx.problem import BurstSettings, Geometry, Mirror, RigidPlane
 from flight.fluence import PolarGrid
 from flight.hazard.criteria import Criteria
@@ -63,7 +64,6 @@ def check_geometry(case: CaseTable) -> Iterator[Fault]:
 
 
 def _not_axisymmetric(case: CaseTable) -> str | None:
-    from burst_fenicsx.axisymmetric.applicability import why_not_axisymmetric
 
     return why_not_axisymmetric(burst_rounds(case), burst_settings(case, geometry="3d"))
 

@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from burst_fenicsx.geometry import Profile
+from burst_fenicsx.meshing.mesh import CellMesh
 from burst_fenicsx.problem import BurstSettings, CasingMaterial, Explosive, Round
 from fragfield.case import CaseTable
 from fragfield.case.checks.estimates import map_warnings
@@ -22,10 +23,6 @@ from fragfield.results.check import CheckedRound, ExpectedCost, Graded
 from fragfield_base.substances import graded, substance, substance_names
 from transition.law.mean_mass import gurney_speed
 from transition.law.mean_mass_data import outside_data
-
-if TYPE_CHECKING:
-    from burst_fenicsx.geometry import Profile
-    from burst_fenicsx.meshing.mesh import CellMesh
 
 
 def graded_name(one: CasingMaterial | Explosive) -> Graded:

@@ -6,10 +6,15 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from burst_fenicsx.axisymmetric.mesh import mesh_meridian
+from burst_fenicsx.geometry import Profile
+from burst_fenicsx.meshing import MeshQuality, mesh_round, part_volumes, quality
+from burst_fenicsx.meshing.cut import split_charges
+from burst_fenicsx.meshing.mesh import CellMesh
 from burst_fenicsx.problem import BurstSettings, Explosive, Mirror, Part, RigidPlane, Round
 from flight import Fragments, HeightMap
 from flight.scene.scene import Scene
@@ -41,11 +46,6 @@ from fragfield.results.burst import ComputedPart
 from fragfield.results.flight import Recovered
 from fragfield.results.part import marks
 from transition.law.mean_mass import gurney_coefficient, gurney_speed
-
-if TYPE_CHECKING:
-    from burst_fenicsx.geometry import Profile
-    from burst_fenicsx.meshing import MeshQuality
-    from burst_fenicsx.meshing.mesh import CellMesh
 
 
 def arrangement(case: CaseTable) -> results.Arrangement:
@@ -222,12 +222,8 @@ def _prescribed(case: CaseTable) -> dict[str, Any]:
 
 
 def _meshed(item: Round, settings: BurstSettings, cuts: Sequence[Mirror]) -> tuple[CellMesh, MeshQuality]:
-    from burst_fenicsx.meshing import mesh_round, quality
-    from burst_fenicsx.meshing.cut import split_charges
 
     if settings.geometry == "axisymmetric":
-        from burst_fenicsx.axisymmetric.mesh import mesh_meridian
-
         assert item.profile is not None
         meridian = mesh_meridian(item.profile, settings.cell_size)
         found = quality(meridian, item.profile)
@@ -240,8 +236,6 @@ def _meshed(item: Round, settings: BurstSettings, cuts: Sequence[Mirror]) -> tup
 
 def _round(entry: Round, settings: BurstSettings, mesh: CellMesh, times: int) -> results.CheckedRound:
     """What follows from a round; it is `times` its mesh."""
-    from burst_fenicsx.meshing import part_volumes
-
     meshed = part_volumes(mesh)
     density = {Part.CASING: entry.casing.density, Part.CHARGE: entry.explosive.density}
     in_mesh = {"casing_mass": times * meshed[Part.CASING] * density[Part.CASING]}
@@ -303,7 +297,7 @@ def _segments(entry: Round, profile: Profile, mesh: CellMesh, times: int) -> Ite
 
 
 def _products(explosive: Explosive, settings: BurstSettings) -> dict[str, Any]:
-    from burst_fenicsx.materials.products import make_products
+    from burst_fenicsx.materials.products import make_products  # needs numba
     from burst_fenicsx.materials.products.landau import LandauProducts
 
     products = make_products(explosive, settings.products)

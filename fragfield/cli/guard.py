@@ -4,8 +4,12 @@ from __future__ import annotations
 
 import os
 import sys
+import tempfile
+import traceback
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from typing import TYPE_CHECKING, Any
+from json import dumps
+from typing import Any
 
 import typer
 
@@ -14,9 +18,6 @@ from fragfield.errors import EXIT_FAULT, EXIT_INTERRUPTED, InputError, exit_code
 from fragfield.pipeline.parallel import launched_rank
 from fragfield.terminal.logs import visible
 from fragfield_base.paths import shown
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
 
 
 def print_paths(found: dict[str, Any]) -> None:
@@ -31,8 +32,6 @@ def give(found: dict[str, Any], *, json: bool, show: Callable[[dict[str, Any]], 
     found = {key: value if key == "case" else shown(value) for key, value in found.items()}
     with to_stdout():
         if json:
-            from json import dumps
-
             typer.echo(dumps(found, allow_nan=False))
         else:
             show(visible(found))
@@ -61,9 +60,6 @@ def guarded(*, json: bool, quiet: bool) -> Iterator[None]:
 
 def _log_of(error: Exception) -> str:
     """Where the traceback of a fault can be read: the run's log, else a file of its own."""
-    import tempfile
-    import traceback
-
     if (log := getattr(error, "fragfield_log", None)) is not None:
         return str(log)
     try:
@@ -84,7 +80,5 @@ def _print_message(message: str, *, json: bool, code: int = EXIT_INTERRUPTED) ->
     if rank > 0:
         return
     if json:
-        from json import dumps
-
         with suppress(typer.Exit, InputError), to_stdout():
             typer.echo(dumps({"error": {"message": shown(message), "exit_code": code}}))

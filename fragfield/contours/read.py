@@ -13,7 +13,10 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from burst_fenicsx.geometry import Contour
+from fragfield.contours.dxf import read_dxf
 from fragfield.contours.section import Curve, Section, Sheet, casing_section, counted
+from fragfield.contours.table import section_of_table
 from fragfield.errors import InputError
 from fragfield_base.reading import read_bytes
 
@@ -21,7 +24,6 @@ if TYPE_CHECKING:
     from fragfield.case.tables.round import ContourTable
 
 Array = NDArray[np.float64]
-
 
 _LINE = re.compile(r"^\s*([xy])\s*=\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*$")
 _LONG = 0.3  # of the drawing's extent: a shorter centre line is that of a hole
@@ -198,8 +200,6 @@ def profile_of_contour(table: ContourTable, path: Path) -> tuple[dict[str, Any],
     if kind == ".dxf":
         section, words, unit = _of_drawing(table, path)
     else:
-        from fragfield.contours.table import section_of_table
-
         section, words, unit = section_of_table(table, path)
     length = float(section.outer[-1, 0])
     if not 1e-3 <= length <= 20.0:
@@ -233,8 +233,6 @@ def profile_of_contour(table: ContourTable, path: Path) -> tuple[dict[str, Any],
 
 def casing_volume(profile: Mapping[str, Any]) -> float:
     """Volume of the casing (m3) of a profile's tables of `profile_of_contour`."""
-    from burst_fenicsx.geometry import Contour
-
     outer, cavity = (Contour.from_points(profile[key]["points"], (), key) for key in ("outer", "cavity"))
     return 1e-9 * (outer.volume() - cavity.volume())  # of mm3
 
@@ -245,7 +243,6 @@ def is_of_file(profile: Mapping[str, Any]) -> bool:
 
 
 def _of_drawing(table: ContourTable, path: Path) -> tuple[Section, list[str], float]:
-    from fragfield.contours.dxf import read_dxf
 
     sheet = read_dxf(path, unit=table.unit_length, layers=table.layers, tolerance=table.tolerance)
     near = table.gap

@@ -22,7 +22,6 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-
 _WHAT = {
     "outer": re.compile(r"out(er|side)|ext|^od\b"),
     "inner": re.compile(r"inner|inside|cavity|bore|int|^id\b"),

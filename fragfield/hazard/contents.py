@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from functools import cache
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from burst_fenicsx.geometry import Profile
 from fragfield.case import CaseTable
 from fragfield.case.conversion.clearance import Body, min_clearance, placed_body
 from fragfield.case.conversion.rounds import are_alike, burst_round, first_alike, images, masses_of, mirrored
@@ -16,10 +17,6 @@ from fragfield.case.conversion.surroundings import ground_height
 from fragfield.case.tables.round import RoundTable
 from fragfield.results.rules import Contents
 from fragfield_base.substances import substance, substance_key, substance_title, substances_with
-
-if TYPE_CHECKING:
-    from burst_fenicsx.geometry import Profile
-
 
 _SAME_HEIGHT = 1e-6  # of the ground in the burst and in flight (m)
 

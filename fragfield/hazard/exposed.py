@@ -29,11 +29,12 @@ from flight import FlightResult, Fragments
 from flight.fluence import FluenceGrid, PolarGrid
 from flight.hazard.density.expected import KINDS, ExpectedDistance
 from flight.hazard.ensemble import EnsembleHazard
-from flight.hazard.exposed import Prism
+from flight.hazard.exposed import Prism, count_exposed, surfaces_of
 from flight.scene.targets import Witness
 from fragfield.case import CaseTable
 from fragfield.case.conversion.exposed_sites import ExposedSite, exposed_sites_of, outline_of
 from fragfield.case.conversion.surroundings import bearing_of
+from fragfield.hazard.contours import smooth_outline
 from fragfield.hazard.places import LEVEL, PlaceSums, kernel_weights, sum_bound
 from fragfield.hazard.verdict import criterion_of, no_margin, part_of_criterion, verdict_of
 from fragfield.results.site import Criterion, Estimate, NotStopped, Probability, SiteWithoutRicochet
@@ -78,14 +79,10 @@ class ExposedPlaces:
     @property
     def surfaces(self) -> list[Witness]:
         """Witness surfaces of the buildings."""
-        from flight.hazard.exposed import surfaces_of
-
         return surfaces_of(self.prisms)
 
     def count(self, result: FlightResult, fragments: Fragments, first: int, *, ricochet: bool = True) -> NDArray[Any]:
         """Counts of one flight (buildings,), whose witnesses from `first` on are `surfaces`."""
-        from flight.hazard.exposed import count_exposed
-
         with np.errstate(over="ignore"):
             speed = fragments.speed
         return count_exposed(result, self.prisms, first, fragments.position, speed, ricochet=ricochet)
@@ -301,8 +298,6 @@ def _all_round(
 
 def _margin(away: NDArray[np.float64], distance: NDArray[np.float64], found: EnsembleHazard) -> float | None:
     """Smallest distance (m) of a site's edge beyond the line of the expected density's bound as it is drawn."""
-    from fragfield.hazard.contours import smooth_outline
-
     expected = found.expected
     if found.undetermined:
         return None

@@ -9,16 +9,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from flight.fluence import PolarGrid
 from flight.scene.targets import contains
 from fragfield.results.site import Estimate
-
-if TYPE_CHECKING:
-    from flight.fluence import PolarGrid
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]

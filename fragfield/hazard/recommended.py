@@ -16,15 +16,12 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from fragfield.results.convergence import Convergence
 from fragfield.results.hazard import DistanceParts, Hazard, WithoutRicochet
+from fragfield.results.uncertainty import UncertaintyResult
 from fragfield.results.words import PARTS
-
-if TYPE_CHECKING:
-    from fragfield.results.uncertainty import UncertaintyResult
-
 
 RULE = (
     "Expected distance plus the root of the sum of squares of the other parts, each the half-width of its one-sided "

@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import asdict
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -24,11 +24,8 @@ from fragfield.case.problem import flight_arguments, hazard_criteria
 from fragfield.case.tables.surroundings import OfficialTable
 from fragfield.hazard.contents import COMPARISON, DISPOSAL, SITING, contents_of, quantity_words, with_images
 from fragfield.hazard.tp12 import SUPERSONIC_DRAG, Retardation, beam_distance, effective_number, stack_distance
+from fragfield.pipeline.single_round import SingleRound
 from fragfield.results.rules import Beam, Contents, FragmentField, Rule, Rules, StackRule, Tp12
-
-if TYPE_CHECKING:
-    from fragfield.pipeline.single_round import SingleRound
-
 
 POUND, FOOT = 0.45359237, 0.3048
 # A to E of exp(A + B ln Z + C ln^2 Z + ...) in kPa, Z in m/kg^(1/3), and the range of Z (Swisdak 1994, Table 1).

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,15 +18,13 @@ from flight.hazard.ensemble import EnsembleHazard
 from fragfield.case import CaseTable
 from fragfield.case.conversion.exposed_sites import outline_of
 from fragfield.case.conversion.surroundings import ground_of, site_of
+from fragfield.files.run_directory import RunDirectory
 from fragfield.hazard.contents import image_names, with_images
+from fragfield.hazard.contours import Contour, outline, smooth_outline, write_geojson, write_kml
 from fragfield.hazard.verdict import criterion_words, part_of_criterion
+from fragfield.places.site import Site
+from fragfield.results.site import ExposedSite
 from fragfield.results.words import metres
-
-if TYPE_CHECKING:
-    from fragfield.files.run_directory import RunDirectory
-    from fragfield.hazard.contours import Contour
-    from fragfield.places.site import Site
-    from fragfield.results.site import ExposedSite
 
 Array = NDArray[np.float64]
 
@@ -143,9 +141,6 @@ def extent_of(shapes: Sequence[Shape]) -> tuple[Array, Array]:
 
 def to_contours(shapes: Sequence[Shape], site: Site, origin: tuple[float, float]) -> list[Contour]:
     """Shapes as lines on the Earth, for GeoJSON and KML."""
-    from fragfield.hazard.contours import Contour
-    from fragfield.places.site import longitude_of
-
     made = []
     for shape in shapes:
         away = shape.points - np.asarray(origin)
@@ -172,7 +167,6 @@ def to_contours(shapes: Sequence[Shape], site: Site, origin: tuple[float, float]
 
 
 def _distances(case: CaseTable, found: EnsembleHazard) -> Iterator[Shape]:
-    from fragfield.hazard.contours import outline, smooth_outline
 
     expected, origin = found.expected, np.asarray(case.flight.origin)
     rows: list[tuple[str, Array]] = [("max_throw", found.by_sector["max_throw"].pooled)]
@@ -263,7 +257,6 @@ def write_contours(
     site = site_of(case)
     if site is None:
         return
-    from fragfield.hazard.contours import write_geojson, write_kml
 
     shapes = shapes_of(case, found, exposed, recommended)
     contours = to_contours(shapes, site, case.flight.origin)

@@ -18,7 +18,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -26,14 +25,12 @@ from numpy.typing import ArrayLike, NDArray
 from flight.arguments import real_array, require_number, require_numbers
 from flight.drag import Drag
 from flight.errors import InputError
+from flight.fragments import Fragments
+from flight.hazard.criteria import Criteria
 from flight.scene.air import STANDARD_GRAVITY
 from flight.shape import HEAVY_PIECES_OF_STACKS
 from fragfield.results.rules import Beam
 from fragfield_base.errors import names_allowed
-
-if TYPE_CHECKING:
-    from flight.fragments import Fragments
-    from flight.hazard.criteria import Criteria
 
 Array = NDArray[np.float64]
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
 
@@ -13,12 +13,9 @@ from fragfield.case import CaseTable
 from fragfield.case.conversion.exposed_sites import ExposedSite, outline_of
 from fragfield.case.conversion.surroundings import bearing_of, direction_words, ground_of
 from fragfield.numbers import number
-
-if TYPE_CHECKING:
-    from fragfield.results.burst import BurstRound, Exposure
-    from fragfield.results.site import Estimate, Probability
-    from fragfield.results.site import ExposedSite as AssessedSite
-
+from fragfield.results.burst import BurstRound, Exposure
+from fragfield.results.site import Estimate, Probability
+from fragfield.results.site import ExposedSite as AssessedSite
 
 _WORDS = {"density": "density", "probability": "probability of a hit", "hits": "expected hits"}
 

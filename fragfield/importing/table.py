@@ -17,7 +17,10 @@ from numpy.typing import NDArray
 from flight.arena import ArenaTable
 from flight.errors import InputError as FlightInputError
 from flight.files.text_tables import write_columns
+from fragfield.case import load_case
 from fragfield.case.checks.expected_masses import RECOVERED
+from fragfield.case.conversion.mean_mass import read_counts
+from fragfield.case.conversion.rounds import masses_of
 from fragfield.errors import InputError
 from fragfield.importing.columns import GROUPS, QUANTITIES, Columns
 from fragfield.importing.sheet import Guess, QuestionError, read_sheet
@@ -246,9 +249,6 @@ def _rounds(table: Columns, given: float | None) -> float:
 
 def _casing(case: PathName | None, mass: str | float | None) -> float | None:
     if case is not None:
-        from fragfield.case import load_case
-        from fragfield.case.conversion.rounds import masses_of
-
         values = load_case(absolute(case, InputError), burst=False)
         if not values.round:
             raise InputError(f"{case}: has no [[round]], so that the mass of its casing is not known")
@@ -410,7 +410,6 @@ def _pit(table: Columns) -> dict[str, Array]:
 
 
 def _check_pit(path: Path, content: Mapping[str, Any], rounds: float) -> None:
-    from fragfield.case.conversion.mean_mass import read_counts
 
     with tempfile.TemporaryDirectory() as folder:
         try:

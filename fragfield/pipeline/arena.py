@@ -3,25 +3,20 @@
 from __future__ import annotations
 
 import logging
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
+from pathlib import Path
 
 import numpy as np
 
-from flight.arena import MOTT
-from fragfield.case.checks.expected_masses import recovered_mass
+from flight import Fragments
+from flight.arena import MOTT, ArenaTable, is_arena_file
+from fragfield.case import CaseTable
+from fragfield.case.checks.expected_masses import RecoveredMass, recovered_mass
 from fragfield.case.conversion.attitude import is_mixed
 from fragfield.case.conversion.rounds import charge_centre
+from fragfield.case.conversion.turned import even_surroundings
+from fragfield.case.problem import hazard_directions
 from fragfield.errors import InputError
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-    from pathlib import Path
-
-    from flight import Fragments
-    from flight.arena import ArenaTable
-    from fragfield.case import CaseTable
-    from fragfield.case.checks.expected_masses import RecoveredMass
-
 
 _WIDEST = 30.0  # degrees of a zone with fragments
 _log = logging.getLogger(__name__)
@@ -33,8 +28,6 @@ def read_arena(path: Path | None, case: CaseTable) -> tuple[ArenaTable, Recovere
     Raises InputError: the table cannot be read or carry a distance, its mass is not that of the case's rounds, or the
     case has planes of symmetry: give every round its own place.
     """
-    from flight.arena import ArenaTable, is_arena_file
-
     if path is None or not is_arena_file(path):
         return None
     if any(plane.kind == "symmetry" for plane in case.plane):
@@ -61,8 +54,6 @@ def arena_realisation(table: ArenaTable, case: CaseTable, number: int, *, law: f
 
     Of a case without rounds one upright round, its charge 1 m up. `law`: power of the mass within a group.
     """
-    from flight import Fragments
-
     places = [(charge_centre(one), one.axis) for one in case.round] or [((*case.flight.origin, 1.0), (0.0, 0.0, 1.0))]
     if number == 0 and len(places) > 1:
         _log.warning(
@@ -83,9 +74,6 @@ def arena_realisation(table: ArenaTable, case: CaseTable, number: int, *, law: f
 
 def arena_basis(case: CaseTable) -> tuple[str, tuple[float, ...]]:
     """Basis of the hazard distance of an arena table, and mirror planes, as `hazard_directions`."""
-    from fragfield.case.conversion.turned import even_surroundings
-    from fragfield.case.problem import hazard_directions
-
     if case.round:
         return hazard_directions(case)
     return ("all_azimuths" if even_surroundings(case) else "worst_direction"), ()
@@ -93,8 +81,6 @@ def arena_basis(case: CaseTable) -> tuple[str, tuple[float, ...]]:
 
 def arena_of(case: CaseTable, realisations: Sequence[Fragments]) -> ArenaTable | None:
     """Mean table of one round; None where rounds behind planes of symmetry look another way than those before them."""
-    from flight.arena import ArenaTable
-
     axes = np.array([one.axis for one in case.round], dtype=np.float64).reshape(-1, 3)
     rounds = 1 + max(int(one.round.max()) for one in realisations if len(one))
     if rounds > len(axes):

@@ -8,30 +8,29 @@ flown. All attitudes fly the same realisations.
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from flight import Fragments
+from flight.hazard.density.expected import ExpectedDistance
+from flight.hazard.ensemble import EnsembleHazard
+from fragfield.case import CaseTable
 from fragfield.case.conversion.attitude import attitude_of, is_mixed
 from fragfield.case.conversion.turned import Arrangement
 from fragfield.errors import InputError
 from fragfield.hazard.exposed import worst_of_attitudes
 from fragfield.pipeline.arena import read_arena
 from fragfield.pipeline.ensemble import EnsembleFlight, Flights
+from fragfield.pipeline.flown import FlownEnsemble
+from fragfield.pipeline.job import Job
 from fragfield.pipeline.realisations import Realisations
 from fragfield.results.hazard import Attitude, FlownAttitude
+from fragfield.results.site import ExposedSite
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-
-    from flight import Fragments
-    from flight.hazard.density.expected import ExpectedDistance
-    from flight.hazard.ensemble import EnsembleHazard
-    from fragfield.case import CaseTable
-    from fragfield.pipeline.flown import FlownEnsemble
-    from fragfield.pipeline.job import Job
-    from fragfield.results.site import ExposedSite
     from transition import BreakUp
 
 

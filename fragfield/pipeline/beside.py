@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import warnings
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import fields
 from pathlib import Path
@@ -11,30 +12,28 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from fragfield.case import CaseTable
+from fragfield.case.conversion.rounds import burst_rounds
+from fragfield.case.conversion.turned import Turned
+from fragfield.case.problem import break_up_settings, burst_settings
 from fragfield.files.run_directory import RunDirectory
+from fragfield.pipeline.attitudes import fly_all
+from fragfield.pipeline.flown import FlownEnsemble
 from fragfield.pipeline.job import Job, RunOptions
 from fragfield.pipeline.parallel import Team
+from fragfield.pipeline.realisations import Realisations
 from fragfield.results import burst as results
 from fragfield.terminal.logs import LOGGERS
 from fragfield.terminal.progress import ProgressReporter
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from burst_fenicsx.files.snapshot import EndState
-    from fragfield.case import CaseTable
-    from fragfield.case.conversion.turned import Turned
-    from fragfield.pipeline.flown import FlownEnsemble
     from transition import Snapshot
 
-    Burst = tuple[results.Burst, Snapshot]
 
-
-def burst_beside(case: CaseTable, team: Team) -> Burst:
+def burst_beside(case: CaseTable, team: Team) -> tuple[results.Burst, Snapshot]:
     """The burst's summary, and the state at its end. On one rank, without files; `simulate` keeps the mesh."""
     from burst_fenicsx import simulate
-    from fragfield.case.conversion.rounds import burst_rounds
-    from fragfield.case.problem import burst_settings
 
     done = simulate(burst_rounds(case), burst_settings(case), None, comm=team.alone, keep_mesh=True)
     assert done.end is not None  # of one rank
@@ -91,9 +90,6 @@ def flown_beside(
     What was flown, and the number of fragments: expected, or of the first realisation.
     """
     import transition
-    from fragfield.case.problem import break_up_settings
-    from fragfield.pipeline.attitudes import fly_all
-    from fragfield.pipeline.realisations import Realisations
 
     broken = transition.BreakUp(snapshot, break_up_settings(case))
     nowhere = RunDirectory(Path())

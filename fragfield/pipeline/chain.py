@@ -5,17 +5,20 @@ from __future__ import annotations
 import importlib
 import logging
 import sys
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import replace
 from importlib.util import find_spec
-from typing import TYPE_CHECKING
 
+import flight
+from flight.files.ensemble import read_fragment_ensemble
+from fragfield.case import CaseTable
 from fragfield.case.checks.estimates import given_fragments
 from fragfield.case.faults import outside_soft
 from fragfield.errors import EXIT_FAULT, InputError, exit_code_of, message_of
-from fragfield.files.run_directory import STAGES
+from fragfield.files.run_directory import STAGES, RunDirectory, Stage
 from fragfield.pipeline.arena import read_arena
-from fragfield.pipeline.job import Job
+from fragfield.pipeline.job import Job, RunOptions
 from fragfield.pipeline.kernels import compiled_beside
 from fragfield.pipeline.parallel import Team
 from fragfield.pipeline.stages import perform
@@ -23,14 +26,6 @@ from fragfield.terminal.logs import logged, visible
 from fragfield.terminal.progress import ProgressReporter
 from fragfield_base.hdf5_files import check_sound
 from fragfield_base.writing import locked
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
-
-    from fragfield.case import CaseTable
-    from fragfield.files.run_directory import RunDirectory, Stage
-    from fragfield.pipeline.job import RunOptions
-
 
 _log = logging.getLogger(__name__)
 
@@ -138,9 +133,7 @@ def _check_inputs(case: CaseTable, source: RunDirectory, stage: Stage) -> None:
 
 def _read_inputs(source: RunDirectory, stage: Stage) -> None:
     """Read the files that a stage needs, and refuse a damaged one, before anything is removed."""
-    import flight
     import transition
-    from flight.files.ensemble import read_fragment_ensemble
 
     {"break-up": transition.Snapshot.read, "fly": flight.Fragments.read}[stage.name](source.file(stage.needs))
     if stage.name == "fly" and (others := source.file("ensemble_fragments.h5")).is_file():

@@ -11,22 +11,18 @@ import logging
 import math
 import time
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
+from fragfield.case import CaseTable
 from fragfield.errors import EXIT_FAULT, exit_code_of, message_of
 from fragfield.hazard.recommended import hazard_of
 from fragfield.pipeline.beside import burst_beside, flown_beside, silent
+from fragfield.pipeline.flown import FlownEnsemble
 from fragfield.pipeline.grid_convergence import grid_convergence
+from fragfield.pipeline.job import Job
 from fragfield.quantities import shown
 from fragfield.results.burst import Burst
 from fragfield.results.convergence import ConvergedQuantity, Convergence
-
-if TYPE_CHECKING:
-    from fragfield.case import CaseTable
-    from fragfield.pipeline.flown import FlownEnsemble
-    from fragfield.pipeline.job import Job
-    from fragfield.results.hazard import Hazard
-
+from fragfield.results.hazard import Hazard
 
 OF_A_SWEEP = "no grid convergence: not computed for the runs of a sweep"
 

@@ -18,16 +18,12 @@ where the values lie farther from the line. Of hazard distances no observed orde
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import NDArray
-
+from numpy.typing import NDArray
 
 FACTOR_OBSERVED = 1.25
 """Safety factor of Roache's index where the order was observed with three sizes."""

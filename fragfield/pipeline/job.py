@@ -2,25 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fragfield.case import plain
+from fragfield.case import CaseTable, plain
 from fragfield.case.changes import Settings, load_case
+from fragfield.case.conversion.turned import Turned
 from fragfield.files.provenance import versions
-from fragfield.files.run_directory import RunDirectory
+from fragfield.files.run_directory import RunDirectory, Stage
+from fragfield.pipeline.parallel import Team
+from fragfield.results.summary import Summary, Warned
 from fragfield_base.cores import cores
 from fragfield_base.version import __version__
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
-    from fragfield.case import CaseTable
-    from fragfield.case.conversion.turned import Turned
-    from fragfield.files.run_directory import Stage
-    from fragfield.pipeline.parallel import Team
-    from fragfield.results.summary import Summary, Warned
     from fragfield.terminal.progress import Progress, ProgressReporter
 
 

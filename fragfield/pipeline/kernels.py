@@ -5,19 +5,16 @@ from __future__ import annotations
 import subprocess
 import sys
 import tempfile
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+from flight.kernels import compiling
+from fragfield.case import CaseTable
 from fragfield.case.write import to_toml
 from fragfield.terminal.progress import COMPILING
 from fragfield_base.cores import cores
 from fragfield_base.kernel_cache import cache_root
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
-
-    from fragfield.case import CaseTable
 
 _SECONDS = {"burst": 28, "flight": 30}
 """What compiling takes on one core of 2.5 GHz."""
@@ -62,7 +59,6 @@ def compiled_beside(case: CaseTable, *, quiet: bool) -> Iterator[Callable[[], ob
 def _missing() -> list[str]:
     """Stages of which no kernel is in the cache; none where nothing can be kept."""
     from burst_fenicsx.kernels import lanes
-    from flight.kernels import compiling
 
     root = cache_root()
     folders = {"burst": lanes._FOLDER, "flight": f"flight-{compiling._STAMP}"}

@@ -4,22 +4,21 @@ from __future__ import annotations
 
 import logging
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from flight import Fragments
+from fragfield.case import CaseTable
 from fragfield.case.conversion.rounds import are_alike
-from fragfield.case.problem import burst_geometry
+from fragfield.case.problem import break_up_settings, burst_geometry
+from fragfield.case.tables.round import IgnitionTable
 from fragfield.errors import EXIT_FAULT, exit_code_of, message_of
+from fragfield.hazard.tp12 import PolarField
 from fragfield.pipeline.beside import burst_beside, silent
+from fragfield.pipeline.job import Job
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from flight import Fragments
-    from fragfield.case import CaseTable
-    from fragfield.case.tables.round import IgnitionTable
-    from fragfield.hazard.tp12 import PolarField
-    from fragfield.pipeline.job import Job
     from transition import Snapshot
 
 
@@ -47,8 +46,6 @@ def single_round(job: Job, realisations: Sequence[Fragments]) -> SingleRound:
     The other is the burst of one round in its meridian with the run's settings and cells, which takes seconds. The
     round is not tilted. On one rank.
     """
-    from fragfield.hazard.tp12 import PolarField
-
     if job.options.fragments is not None:
         return SingleRound(None, "no single round: the fragments come from a file, not from a burst")
     burst = job.source.results().burst
@@ -83,7 +80,6 @@ def single_round(job: Job, realisations: Sequence[Fragments]) -> SingleRound:
 
 def _fragments(job: Job, case: CaseTable, snapshot: Snapshot) -> list[Fragments]:
     import transition
-    from fragfield.case.problem import break_up_settings
 
     upright = case.model_copy(update={"break_up": case.break_up.model_copy(update={"tilt": 0.0})})
     broken = transition.BreakUp(snapshot, break_up_settings(upright))

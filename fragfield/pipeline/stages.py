@@ -5,15 +5,32 @@ from __future__ import annotations
 import ctypes
 import logging
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+import flight
+from flight import Fragments, hazard
+from flight.files.ensemble import read_fragment_ensemble, write_ensemble, write_fragment_ensemble
+from fragfield.case.conversion.rounds import burst_rounds
+from fragfield.case.conversion.surroundings import bearing_of
+from fragfield.case.problem import burst_geometry, burst_settings, hazard_criteria
+from fragfield.checking.case_warnings import expected_end
 from fragfield.files.provenance import provenance_of
+from fragfield.files.run_directory import Stage
+from fragfield.hazard.recommended import hazard_of, recommended_of
+from fragfield.hazard.rules import rules_of
+from fragfield.hazard.site_map import write_contours
+from fragfield.hazard.to_apply import distance_to_apply, official_part
 from fragfield.pipeline.arena import arena_realisation, read_arena, write_arena
+from fragfield.pipeline.attitudes import flown_attitude, fly_all
+from fragfield.pipeline.convergence import convergence_of
+from fragfield.pipeline.ensemble import break_up_all
 from fragfield.pipeline.job import Job
+from fragfield.pipeline.single_round import single_round
+from fragfield.pipeline.table_width import table_width
 from fragfield.results.break_up import BreakUp
 from fragfield.results.burst import Burst
 from fragfield.results.flight import Flight
@@ -21,14 +38,6 @@ from fragfield.results.site import Obstacle, Witness
 from fragfield.results.summary import Summary, Warned
 from fragfield.results.words import certainty
 from fragfield.terminal.logs import LOGGERS, concerns_the_user, words_of
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
-
-    from flight import Fragments
-    from fragfield.files.run_directory import Stage
-    from fragfield.pipeline.job import Job
-
 
 _log = logging.getLogger(__name__)
 _ARENA_MAX = -8  # glibc's M_ARENA_MAX
@@ -53,9 +62,6 @@ def perform(job: Job, stage: Stage) -> None:
 def burst(job: Job, _: Stage) -> Summary:
     """Detonation and acceleration of the casings: burst.xdmf, burst_snapshot.h5. Collective over the team's ranks."""
     from burst_fenicsx import simulate
-    from fragfield.case.conversion.rounds import burst_rounds
-    from fragfield.case.problem import burst_geometry, burst_settings
-    from fragfield.checking.case_warnings import expected_end
 
     settings, choice, rounds = burst_settings(job.case), burst_geometry(job.case), burst_rounds(job.case)
     job.reporter.expected_end = expected_end(settings, rounds)
@@ -82,9 +88,6 @@ def burst(job: Job, _: Stage) -> Summary:
 
 def break_up(job: Job, stage: Stage) -> Summary:
     """Casings become fragments: fragments.h5, its CSV copy, and those of further realisations."""
-    from flight.files.ensemble import write_fragment_ensemble
-    from fragfield.pipeline.ensemble import break_up_all
-
     result, further = break_up_all(job, job.needed(stage))
     provenance = provenance_of(job.case)
     if further:
@@ -97,19 +100,6 @@ def break_up(job: Job, stage: Stage) -> Summary:
 
 def fly(job: Job, stage: Stage) -> Summary:
     """Fragments fly to the ground through the witness surfaces: landing.h5, hits.h5, ensemble.h5, CSV."""
-    from flight import hazard
-    from flight.files.ensemble import write_ensemble
-    from fragfield.case.conversion.surroundings import bearing_of
-    from fragfield.case.problem import hazard_criteria
-    from fragfield.hazard.recommended import hazard_of, recommended_of
-    from fragfield.hazard.rules import rules_of
-    from fragfield.hazard.site_map import write_contours
-    from fragfield.hazard.to_apply import distance_to_apply, official_part
-    from fragfield.pipeline.attitudes import flown_attitude, fly_all
-    from fragfield.pipeline.convergence import convergence_of
-    from fragfield.pipeline.single_round import single_round
-    from fragfield.pipeline.table_width import table_width
-
     began = time.perf_counter()
     realisations = _realisations(job, stage)
     flown = fly_all(job, realisations)
@@ -171,9 +161,6 @@ def fly(job: Job, stage: Stage) -> Summary:
 
 def _realisations(job: Job, stage: Stage) -> Sequence[Fragments]:
     """The fragments of all realisations; of fragments from another source there is one set."""
-    import flight
-    from flight.files.ensemble import read_fragment_ensemble, write_fragment_ensemble
-
     found = read_arena(job.options.fragments, job.case)
     if found is not None:
         arena, recovered = found

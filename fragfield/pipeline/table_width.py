@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import math
 import warnings
-from typing import TYPE_CHECKING
 
-from flight.arena import MOTT
+import flight
+from flight.arena import MOTT, ArenaTable
+from flight.hazard.density.directions import Directions
+from flight.hazard.pool import FlightCounts, PooledFlights
+from fragfield.case.problem import flight_arguments, hazard_criteria, hazard_grid, kernel_degrees
 from fragfield.pipeline.arena import arena_basis, arena_realisation
 from fragfield.pipeline.flown import above_ground
-
-if TYPE_CHECKING:
-    from flight.arena import ArenaTable
-    from fragfield.pipeline.job import Job
-
+from fragfield.pipeline.job import Job
 
 _OTHER_LAWS = (1.0 / 3.0, 1.0)
 _MOST_FLOWN = 32  # realisations of each table beside the run's own
@@ -26,11 +25,6 @@ def table_width(job: Job, table: ArenaTable, number: int) -> float:
     broken along three dimensions, or 1. Zones: the change where they are twice as wide. All by the same first
     realisations, the two added as squares.
     """
-    import flight
-    from flight.hazard.density.directions import Directions
-    from flight.hazard.pool import FlightCounts, PooledFlights
-    from fragfield.case.problem import flight_arguments, hazard_criteria, hazard_grid, kernel_degrees
-
     case, basis = job.case, arena_basis(job.case)[0]
     grid, criteria = hazard_grid(case), hazard_criteria(case)
     arguments = {**flight_arguments(case), "witnesses": (), "sample": 0, "fluence": criteria.fluence_grid(grid)}

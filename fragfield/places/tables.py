@@ -27,15 +27,14 @@ from fragfield.case.tables.surroundings import (
     WallTable,
 )
 from fragfield.errors import InputError, nearest
+from fragfield.places.features import READERS, Feature
+from fragfield.places.site import Site
 from fragfield_base.errors import show
 from fragfield_base.inputs import Quantity
 from fragfield_base.units import UnitError, read_measure
 
 if TYPE_CHECKING:
     from shapely import Polygon
-
-    from fragfield.places.features import Feature
-    from fragfield.places.site import Site
 
 
 Array = NDArray[np.float64]
@@ -67,8 +66,6 @@ def tables_of_places(
     file, kinds that are not known, shapes that a kind cannot have, sizes that are missing or have no unit, places
     farther than 100 km, or at positions whose latitude and longitude are exchanged.
     """
-    from fragfield.places.features import READERS
-
     if (ending := path.suffix.casefold()) not in READERS:
         raise InputError(f"{path}: found a file that ends in {ending or 'nothing'}; allowed: {', '.join(READERS)}")
     features, notes = READERS[ending](path)

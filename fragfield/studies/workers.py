@@ -14,25 +14,30 @@ import threading
 import time
 import uuid
 import warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Future, ProcessPoolExecutor, wait
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
+from multiprocessing.connection import Connection
 from pathlib import Path
-from types import ModuleType
-from typing import TYPE_CHECKING, Any
+from types import FrameType, ModuleType
+from typing import Any
 
 from fragfield.case import CaseTable
 from fragfield.case.conversion.rounds import burst_rounds
 from fragfield.case.load import case_from_document
+from fragfield.case.problem import burst_settings
 from fragfield.errors import EXIT_DONE, EXIT_FAULT, EXIT_INTERRUPTED, InputError, exit_code_of, message_of
 from fragfield.files.provenance import revision
 from fragfield.files.run_directory import RunDirectory
 from fragfield.hazard.recommended import hazard_of, recommended_of
-from fragfield.pipeline.beside import burst_beside
+from fragfield.pipeline.beside import burst_beside, flown_beside
+from fragfield.pipeline.chain import run_chain
 from fragfield.pipeline.convergence import OF_A_SWEEP
 from fragfield.pipeline.job import RunOptions
+from fragfield.pipeline.parallel import Team
 from fragfield.results.break_up import BreakUp
+from fragfield.results.burst import Burst
 from fragfield.results.convergence import Convergence
 from fragfield.results.flight import Flight
 from fragfield.results.part import to_json
@@ -44,15 +49,7 @@ from fragfield_base.interruption import end_requested
 from fragfield_base.version import __version__
 from transition import Snapshot
 
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator
-    from multiprocessing.connection import Connection
-    from types import FrameType
-
-    from fragfield.pipeline.beside import Burst
-
-
-_last: list[tuple[object, Burst]] = []
+_last: list[tuple[object, tuple[Burst, Snapshot]]] = []
 """What the last burst of this process was made of, and that burst: runs that differ in the break-up or the flight alone
 have the same."""
 
@@ -117,7 +114,6 @@ def _outcome(task: Task, summary: Summary) -> Outcome:
 
 
 def _in_directory(task: Task, directory: Path) -> Summary:
-    from fragfield.pipeline.chain import run_chain
 
     assert isinstance(task.case, CaseTable)
     options = RunOptions(directory, resume=True, quiet=True, threads=task.threads, lean=True, made=task.case)
@@ -126,7 +122,6 @@ def _in_directory(task: Task, directory: Path) -> Summary:
 
 
 def _numbers(task: Task) -> Summary:
-    from fragfield.pipeline.beside import flown_beside
 
     case = task.case
     if not isinstance(case, CaseTable):
@@ -148,11 +143,8 @@ def _numbers(task: Task) -> Summary:
     )
 
 
-def _burst(case: CaseTable, task: Task) -> Burst:
+def _burst(case: CaseTable, task: Task) -> tuple[Burst, Snapshot]:
     """The burst's summary, and the state at its end: of a run directory, of the last run, or of one made now."""
-    from fragfield.case.problem import burst_settings
-    from fragfield.pipeline.parallel import Team
-
     key: object = task.burst or (burst_rounds(case), burst_settings(case))
     if not (_last and _last[0][0] == key):
         _last.clear()  # before the next one is made: two of them may not fit into the memory

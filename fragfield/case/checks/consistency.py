@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from burst_fenicsx.problem import ProductModel
 from flight.scene.obstacles import FACES, FIRST_FACE, pack_obstacles
+from flight.scene.scene import Scene
 from fragfield.case.checks.expected_masses import check_expected
 from fragfield.case.checks.uncertain_inputs import check_uncertainty
 from fragfield.case.conversion.clearance import Body, clearance, near_pairs
@@ -323,8 +324,6 @@ def check_protective_works(case: CaseTable) -> Iterator[Fault]:
     Seen from the top of every round, all that is named together must close 270 degrees of the directions, up to 30
     degrees over the horizontal: a single wall, works far off and low ones do not stop what flies farthest.
     """
-    from flight.scene.scene import Scene
-
     key, names = "hazard.protective_works", case.hazard.protective_works
     planes = {one.name: one for one in case.plane if one.kind == "wall"}
     known = [*(one.name for one in case.obstacle), *planes]

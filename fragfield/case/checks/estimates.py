@@ -19,11 +19,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 import flight
+from burst_fenicsx.axisymmetric.mesh import check_meridian_size
+from burst_fenicsx.meshing.sizing import check_mesh_size
 from burst_fenicsx.problem import Round
 from flight import FlightWarning, Fragments, fly
+from flight import InputError as FlightInputError
 from flight.hazard.density.directions import Directions
+from flight.scene.scene import Scene
 from fragfield.case import problem
 from fragfield.case.checks.expected_masses import RECOVERED
+from fragfield.case.conversion.attitude import is_mixed
 from fragfield.case.conversion.exposed_sites import exposed_sites_of
 from fragfield.case.conversion.rounds import burst_round, first_alike, masses_of, profile_of
 from fragfield.case.conversion.surroundings import (
@@ -41,6 +46,8 @@ from fragfield.hazard.tp12 import effective_number
 from fragfield_base import errors
 from fragfield_base.errors import show
 from transition import BreakUpSettings
+from transition.law.mean_mass import explosive_constant
+from transition.settings import MOST_FRAGMENTS
 
 Array = NDArray[np.float64]
 
@@ -95,8 +102,6 @@ def check_numbers(case: CaseTable, settings: BreakUpSettings, *, margin: float =
 
     `margin` is the factor by which an estimated mean mass may be wrong; with 1 the lines are what is to be expected.
     """
-    from transition.settings import MOST_FRAGMENTS
-
     if not case.round:
         return
     first = first_alike(case)
@@ -196,11 +201,6 @@ def given_fragments(case: CaseTable, path: Path) -> list[str]:
     Raises InputError: the file cannot be read, they are heavier than the casings, start off the map or in an
     obstacle, or may fly beyond the map.
     """
-    from flight import Fragments
-    from flight import InputError as FlightInputError
-    from flight.scene.scene import Scene
-    from fragfield.case.conversion.attitude import is_mixed
-
     fragments, found = Fragments.read(path), surroundings(case)
     if not is_mixed(case):
         scene = Scene(found["ground"], found["ricochet"], tuple(found["obstacles"]))
@@ -259,8 +259,6 @@ def farthest_throw(case: CaseTable) -> float | None:
     exp(-sqrt(2 m / mean)), at most the wall itself, launched at `_FASTER` times Gurney's speed at the best elevation,
     over level ground in the air, and with the drag, of the flight.
     """
-    from fragfield.case.conversion.rounds import burst_round, first_alike
-
     pieces = []
     try:
         settings = problem.break_up_settings(case)
@@ -344,8 +342,6 @@ def _rekeyed(case: CaseTable, error: errors.InputError, table: str) -> Fault:
 
 
 def _cells(case: CaseTable) -> Iterator[Fault]:
-    from burst_fenicsx.axisymmetric.mesh import check_meridian_size
-    from burst_fenicsx.meshing.sizing import check_mesh_size
 
     if case.burst is None:
         return
@@ -369,7 +365,6 @@ def _of_break_up(case: CaseTable, settings: BreakUpSettings) -> Iterator[Fault]:
 
 
 def _of_round(key: str, entry: RoundTable, settings: BreakUpSettings) -> Iterator[Fault]:
-    from transition.law.mean_mass import explosive_constant
 
     if settings.mean_mass == "gurney_sarmousakis":
         explosive_constant(entry.material("explosive").name, settings.explosive_constant)

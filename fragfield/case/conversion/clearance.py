@@ -10,13 +10,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-if TYPE_CHECKING:
-    from burst_fenicsx.geometry import Contour, Profile
+from burst_fenicsx.geometry import Contour, Profile
 
 Vectors = NDArray[np.float64]
 

@@ -152,8 +152,6 @@ def resolved_exposed(case: CaseTable) -> list[ExposedTable]:
 
 def exposed_sites_of(case: CaseTable) -> list[ExposedSite]:
     """The exposed sites of a resolved case; raises flight's InputError for one that cannot be counted."""
-    from flight.errors import InputError
-
     sites = []
     for entry in case.exposed:
         try:
@@ -164,7 +162,6 @@ def exposed_sites_of(case: CaseTable) -> list[ExposedSite]:
 
 
 def _exposed_site(case: CaseTable, entry: ExposedTable) -> ExposedSite:
-    from flight.errors import InputError
 
     energy = case.hazard.energy if entry.energy is None else entry.energy
     if isinstance(entry, ExposedBuildingTable):
@@ -212,7 +209,6 @@ def outline_of(obstacle: ObstacleTable) -> Array:
 
 
 def _building(case: CaseTable, entry: ExposedBuildingTable, energy: float) -> tuple[Array, Prism]:
-    from flight.hazard.exposed import Prism
 
     if entry.obstacle is not None:
         standing = next(one for one in case.obstacle if one.name == entry.obstacle)

@@ -7,20 +7,21 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from burst_fenicsx.geometry import Profile, profile_from_table
+from burst_fenicsx.meshing import mesh_round, part_volumes
+from burst_fenicsx.meshing.disc import equal_area_factor
+from burst_fenicsx.meshing.sizing import grid_counts
 from burst_fenicsx.problem import Part, Round
 from fragfield.case.conversion.clearance import Body, Hull, placed_body
 from fragfield.case.conversion.surroundings import ground_height
 from fragfield.case.faults import Fault
 from fragfield.case.schema import CaseTable
 from fragfield.case.tables.round import PlaneTable, RoundTable
-
-if TYPE_CHECKING:
-    from burst_fenicsx.geometry import Profile
 
 Array = NDArray[np.float64]
 
@@ -51,8 +52,6 @@ Held = TypeVar("Held")
 
 def placed(entry: RoundTable) -> Body:
     """Outside of a resolved round; of one from a mesh file, the convex hull of its nodes."""
-    from burst_fenicsx.meshing import mesh_round
-
     if isinstance(entry.profile, dict):
         return placed_body(profile_of(entry), entry.position, entry.axis)
     return Hull.of(mesh_round(burst_round(entry), 1.0).nodes, entry.axis)
@@ -133,15 +132,12 @@ def charge_centre(entry: RoundTable) -> tuple[float, float, float]:
 
 @lru_cache(maxsize=64)  # the rounds of a stack, and of a study, have one
 def _profile(table: str) -> Profile:
-    from burst_fenicsx.geometry import profile_from_table
 
     return profile_from_table(json.loads(table), where="")
 
 
 @lru_cache(maxsize=64)
 def _grid(table: str, cell_size: float) -> tuple[NDArray[np.float64], float]:
-    from burst_fenicsx.meshing.disc import equal_area_factor
-    from burst_fenicsx.meshing.sizing import grid_counts
 
     counts = grid_counts(_profile(table), cell_size)
     return counts.stations, equal_area_factor(4 * counts.core)
@@ -214,8 +210,6 @@ def masses_of(entry: RoundTable | Round) -> RoundMasses:
     casing, charge = item.casing.density, item.explosive.density
     profile = profile_of(entry) if isinstance(entry, RoundTable) and entry.mesh is None else item.profile
     if profile is None:
-        from burst_fenicsx.meshing import mesh_round, part_volumes
-
         volumes = part_volumes(mesh_round(item, 1.0))
         return RoundMasses(volumes[Part.CASING] * casing, volumes[Part.CHARGE] * charge)
     parts = ((one, profile.volumes(one.start, one.end)) for one in profile.segments)

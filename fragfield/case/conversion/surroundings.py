@@ -5,17 +5,16 @@ from __future__ import annotations
 import math
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
+
+import numpy as np
 
 from flight import HeightMap, InputError, Ricochet
 from flight.scene.scene import Scene
 from fragfield.case.schema import CaseTable
 from fragfield.case.tables.base import degrees_of
 from fragfield.case.tables.surroundings import GroundTable
-
-if TYPE_CHECKING:
-    from fragfield.places.site import Site
-
+from fragfield.places.site import Site, compass_point
 
 _ADIABATIC, _GAS_CONSTANT = 1.4, 287.053  # of air: ratio of its heats, J/(kg K)
 
@@ -71,8 +70,6 @@ def ground_height(case: CaseTable, x: float, y: float) -> float:
 
 def check_surroundings(case: CaseTable) -> None:
     """Refuse rounds off the map or in an obstacle, and an origin in one; raises flight's InputError."""
-    import numpy as np
-
     found = surroundings(case)
     scene = Scene(found["ground"], found["ricochet"], tuple(found["obstacles"]))
     rounds = np.array([entry.position for entry in case.round], dtype=np.float64).reshape(-1, 3)
@@ -100,8 +97,6 @@ def _read_map(
 
 def site_of(case: CaseTable) -> Site | None:
     """The case's site in degrees, free of what the way over radians adds in the last digits."""
-    from fragfield.places.site import Site
-
     if case.site is None:
         return None
     return Site(*map(degrees_of, (case.site.latitude, case.site.longitude, case.site.bearing)))
@@ -149,8 +144,6 @@ def direction_words(azimuth: float, bearing: float | None, *, whole: bool = Fals
     `azimuth` counts from +x, counter-clockwise, `bearing` (`bearing_of`) from north, clockwise (degrees). `whole`: in
     whole degrees, for places; else in four digits.
     """
-    from fragfield.places.site import compass_point
-
     angle = azimuth if bearing is None else bearing
     words = f"{round(angle) % 360}°" if whole else f"{float(f'{angle:.4g}') % 360.0:g}°"
     return f"azimuth {words}" if bearing is None else f"bearing {words} ({compass_point(bearing)})"

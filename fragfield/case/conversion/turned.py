@@ -17,6 +17,8 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from burst_fenicsx.meshing import mesh_round
+from burst_fenicsx.meshing.mesh import cell_centres, cell_volumes
 from burst_fenicsx.problem import Part
 from flight import Fragments
 from fragfield.case.conversion.rounds import burst_round, images, mirrored, placed, profile_of
@@ -252,9 +254,6 @@ def origin_faults(case: CaseTable) -> Iterator[Fault]:
 def _casing(entry: RoundTable) -> tuple[float, Array]:
     density = burst_round(entry).casing.density
     if entry.profile is None:
-        from burst_fenicsx.meshing import mesh_round
-        from burst_fenicsx.meshing.mesh import cell_centres, cell_volumes
-
         mesh = mesh_round(burst_round(entry), 1.0)
         weight = np.where(mesh.part == Part.CASING, cell_volumes(mesh), 0.0)
         return density * float(weight.sum()), weight @ cell_centres(mesh) / weight.sum()

@@ -13,6 +13,7 @@ from flight.scene.obstacles import Barricade, Building, Wall
 from fragfield.case.faults import Fault
 from fragfield.case.tables.base import Table, by_kind, name_or_table
 from fragfield.hazard.walls import StoppingWall
+from fragfield.places.site import longitude_of
 from fragfield_base.bounds import Bounds, OnlyWith
 from fragfield_base.inputs import Angle, ArealDensity, Energy, Length, Offset, PositiveLength, Quantity, Vector
 from fragfield_base.units import degrees
@@ -39,8 +40,6 @@ class _Place(Vector):
 
 def _within_half_a_turn(angle: float | str) -> float | str:
     """The same longitude (rad) by the one rule of `fragfield.places.site`: the very float of its degrees."""
-    from fragfield.places.site import longitude_of
-
     if isinstance(angle, str):
         return angle
     found = longitude_of(round(math.degrees(angle), 10))

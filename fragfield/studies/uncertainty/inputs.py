@@ -21,6 +21,7 @@ from fragfield.case.tables.round import RoundTable
 from fragfield.errors import InputError
 from fragfield.results.uncertainty import SampledInput
 from fragfield_base.inputs import with_unit
+from transition.law.mean_mass import explosive_constant
 
 _BURST = ("burst", "round", "plane", "stack")
 
@@ -315,8 +316,6 @@ def _mean_mass(case: CaseTable) -> Iterator[UncertainInputTable]:
         if getattr(case.break_up, key.rpartition(".")[2]) == "paper":
             return
     elif isinstance(law, str):
-        from transition.law.mean_mass import explosive_constant
-
         names = {entry.explosive.name for entry in case.round if not isinstance(entry.explosive, str)}
         if case.break_up.explosive_constant is not None:
             yield _with_factor(case, "break_up.explosive_constant", 0.5)

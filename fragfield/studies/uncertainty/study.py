@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 import shutil
 import time
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -20,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 from rich.table import Table as Lines
 
+from flight.files.ensemble import read_ensemble
 from fragfield.case.load import case_from_document
 from fragfield.errors import EXIT_DONE, EXIT_NUMERICAL, InputError, NotDeterminedError
 from fragfield.files.provenance import provenance_of
@@ -36,6 +38,9 @@ from fragfield.report import write_report, write_uncertainty_page
 from fragfield.results import uncertainty as parts
 from fragfield.results.hazard import Hazard, Recommended
 from fragfield.results.part import to_json
+from fragfield.results.rules import DistanceToApply
+from fragfield.results.site import ExposedSite
+from fragfield.results.summary import Summary
 from fragfield.results.words import metres, parts_words
 from fragfield.studies.study import DONE, FAILED, KEPT, WAITING, Row, Study, digest_of, maker
 from fragfield.studies.uncertainty.plan import Plan, plan_samples
@@ -46,14 +51,8 @@ from fragfield_base.version import __version__
 from fragfield_base.writing import write_text
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
-
     from pandas import DataFrame
     from rich.console import Console
-
-    from fragfield.results.rules import DistanceToApply
-    from fragfield.results.site import ExposedSite
-    from fragfield.results.summary import Summary
 
 
 _RESULT = "uncertainty.json"
@@ -205,8 +204,6 @@ class Uncertainty(Study):
         hazard = recommended_of(summary.hazard, summary.convergence, self.found)
         nominal.write_results(replace(summary, hazard=hazard, distance_to_apply=_to_apply(hazard, summary)))
         if nominal.file("contours.geojson").is_file():
-            from flight.files.ensemble import read_ensemble
-
             case, ensemble = nominal.stored_case(), read_ensemble(nominal.file("ensemble.h5"))[0]
             exposed = summary.exposed or ()
             write_contours(case, ensemble, nominal, provenance_of(case), exposed, hazard.recommended)
