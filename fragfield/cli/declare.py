@@ -3,28 +3,25 @@
 A positional parameter without a default is an argument, any other an option. What each means is read in the numpydoc
 section "Parameters", without the sentences on Python; its name and metavar come from its kind
 (`fragfield.interface.kinds`). A command adds `--quiet` and `--json`, and where the function follows progress,
-`--progress-file`. The options are read in the function's file; its module is loaded once the command is called.
+`--progress-file`. The function's module is loaded once the command is called.
 """
 
 from __future__ import annotations
 
-import ast
 import inspect
 import re
 import time
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from importlib import import_module
-from importlib.util import find_spec
 from pathlib import Path
-from typing import Annotated, Any, get_args
+from typing import Annotated, Any, get_args, get_type_hints
 
 import typer
 from typer.core import TyperCommand
 
 from fragfield.cli.guard import give, guarded
 from fragfield.errors import InputError
-from fragfield.interface import kinds
 from fragfield.interface.kinds import Kind
 from fragfield_base.paths import absolute
 
@@ -74,11 +71,12 @@ class Command:
 
     def build(self) -> TyperCommand:
         """The command with its options."""
-        module, _, function = (self.target or "").partition(":")
-        declared = _options(module, function) if module else ()
+        module, _, name = (self.target or "").partition(":")
+        function = getattr(import_module(module), name) if module else None
+        declared = _options(function) if function else ()
         options = {one.name: one for one in declared if one.name not in {*self.leave_out, *self.fixed}}
         follows = options.pop("progress", None)
-        own = {one.name: one for one in _options(self.give.__module__, self.give.__name__)}
+        own = {one.name: one for one in _options(self.give)}
         parameters = [one.parameter for one in (*options.values(), *own.values())]
         if follows is not None and follows.kind.option:
             words = "Keep the progress there as JSON, for another program."
@@ -97,7 +95,7 @@ class Command:
                 for name in given:
                     if name in options and options[name].kind.read is dict:
                         given[name] = _pairs(options[name].kind.option, given[name])
-                results = [getattr(import_module(module), function)(**given, **self.fixed)] if module else []
+                results = [function(**given, **self.fixed)] if function else []
                 printed = self.give(made, *results, **of_command)
                 if printed is not None:
                     give(printed.found, json=made.json, show=printed.show)
@@ -180,68 +178,21 @@ def _kind(hint: Any, name: str) -> Kind:  # noqa: ANN401 - a type
     return Kind(next(one for one in (bool, str, float) if one in (hint, *get_args(hint))), name.upper())
 
 
-@dataclass
-class _Declared:
-    """Parameters as a file declares them, in their order: type and default by name, and docstrings, its own last."""
-
-    types: dict[str, ast.expr]
-    defaults: dict[str, Any]
-    texts: list[str]
-
-
-def _declared(module: str, name: str) -> _Declared:
-    """The parameters of a function, of a dataclass with its bases, or of the class that `maker` makes a function of."""
-    spec = find_spec(module)
-    assert spec is not None
-    assert spec.origin is not None
-    body = ast.parse(Path(spec.origin).read_text(encoding="utf-8")).body
-    homes = {alias.name: one.module for one in body if isinstance(one, ast.ImportFrom) for alias in one.names}
-    for one in body:
-        if isinstance(one, ast.Assign) and isinstance(one.value, ast.Call) and ast.unparse(one.targets[0]) == name:
-            return _declared(module, ast.unparse(one.value.args[0]))
-    node = next(one for one in body if isinstance(one, (ast.FunctionDef, ast.ClassDef)) and one.name == name)
-    made = _Declared({}, {}, [])
-    if isinstance(node, ast.FunctionDef):
-        of = node.args
-        made.types = {one.arg: one.annotation for one in (*of.args, *of.kwonlyargs) if one.annotation}
-        last = of.args[len(of.args) - len(of.defaults) :]
-        values = [*zip(last, of.defaults, strict=True), *zip(of.kwonlyargs, of.kw_defaults, strict=True)]
-        made.defaults = {one.arg: ast.literal_eval(value) for one, value in values if value}
-    for base in node.bases if isinstance(node, ast.ClassDef) else ():
-        if (home := homes.get(ast.unparse(base)) or "").startswith("fragfield."):
-            made = _declared(home, ast.unparse(base))
-    for one in node.body if isinstance(node, ast.ClassDef) else ():
-        if not isinstance(one, ast.AnnAssign) or ast.unparse(one.annotation).startswith(("ClassVar", "KW_ONLY")):
-            continue
-        field_name, value = ast.unparse(one.target), one.value
-        made.types[field_name] = one.annotation
-        if isinstance(value, ast.Call):  # field(...)
-            asked = {mark.arg: ast.unparse(mark.value) for mark in value.keywords}
-            if asked.get("init") == "False":
-                made.types.pop(field_name)
-            value = next((mark.value for mark in value.keywords if mark.arg == "default"), None)
-        if value is not None:
-            made.defaults[field_name] = ast.literal_eval(value)
-    made.texts.append(ast.get_docstring(node) or "")
-    return made
-
-
-def _options(module: str, name: str) -> Iterator[_Option]:
-    """The parameters of a function."""
-    found, words = _declared(module, name), dict[str, str]()
-    for text in found.texts:
-        section = _SECTION.search(text)
+def _options(function: Callable[..., Any]) -> Iterator[_Option]:
+    """The parameters of a function, or of the class that `maker` makes it of."""
+    home = getattr(function, "__wrapped__", function)
+    texts, words = [inspect.getdoc(one) for one in reversed(getattr(home, "__mro__", (home,)))], dict[str, str]()
+    for section in (_SECTION.search(text or "") for text in texts):
         for names, entry in _ENTRY.findall(f"{section[1]}\n") if section else ():
             meaning = _OF_PYTHON.sub("", " ".join(entry.split())).strip(" ;")
-            meaning = meaning.replace("_STUDY", f"_{name.removeprefix('run_')}")
+            meaning = meaning.replace("_STUDY", f"_{function.__name__.removeprefix('run_')}")
             meaning += "" if meaning.endswith(".") or not meaning else "."
             words |= {one.strip(): meaning for one in names.split(",")}
-    known = vars(kinds) | {"Any": Any, "Annotated": Annotated, "Mapping": Mapping, "Path": Path}
-    for one, kind in found.types.items():
-        if one in _OF_A_GIVER:
-            continue
-        hint = eval(ast.unparse(kind), known)
-        yield _Option(one, _kind(hint, one), found.defaults.get(one, inspect.Parameter.empty), words.get(one, ""))
+    hints = get_type_hints(home, include_extras=True) if isinstance(home, type) else {}
+    for name, one in inspect.signature(function).parameters.items():
+        if name not in _OF_A_GIVER:
+            hint = hints.get(name) or eval(one.annotation, function.__globals__)
+            yield _Option(name, _kind(hint, name), one.default, words.get(name, ""))
 
 
 @dataclass
