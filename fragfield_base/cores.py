@@ -41,38 +41,22 @@ def affinity() -> int:
 
 @cache
 def quota(groups: Path = _GROUPS, mounted: Path = _MOUNTED) -> float | None:
-    """Cores' worth of time that control groups grant, the lowest of this one's and those above it; None for no limit.
+    """Cores' worth of time that control groups (`cpu.max`) grant, the lowest of this one's and those above it.
 
-    Both versions: `cpu.max` of the second, `cpu.cfs_quota_us` beside `cpu.cfs_period_us` of the first. A container that
-    sees groups of its own names them from their root, one that does not from the host's: then only the root is there.
+    None for no limit. A container that sees groups of its own names them from their root, one that does not from the
+    host's: then only the root is there.
     """
     limits = []
     with suppress(OSError, UnicodeDecodeError):
         for line in groups.read_text(encoding="utf-8").splitlines():
-            number, _, rest = line.partition(":")
-            names, _, own = rest.partition(":")
-            if number == "0" and not names:
-                roots = [mounted, mounted / "unified"]
-            elif "cpu" in names.split(","):
-                roots = [mounted / names, mounted / "cpu"]
-            else:
+            if not line.startswith("0::"):
                 continue
-            below = [part for part in PurePosixPath(own).parts if part not in ("/", "..")]
-            folders = [root.joinpath(*below[:depth]) for root in roots for depth in range(len(below) + 1)]
-            limits += [limit for folder in folders if (limit := _limit(folder)) is not None]
+            below = [part for part in PurePosixPath(line[3:]).parts if part not in ("/", "..")]
+            for depth in range(len(below) + 1):
+                with suppress(OSError, ValueError, ZeroDivisionError):
+                    granted, period = mounted.joinpath(*below[:depth], "cpu.max").read_text(encoding="ascii").split()
+                    limits += [] if granted == "max" else [int(granted) / int(period)]
     return min(limits, default=None)
-
-
-def _limit(folder: Path) -> float | None:
-    """Cores' worth of time that one group grants."""
-    with suppress(OSError, ValueError, ZeroDivisionError):
-        granted, period = (folder / "cpu.max").read_text(encoding="ascii").split()
-        return None if granted == "max" else int(granted) / int(period)
-    with suppress(OSError, ValueError, ZeroDivisionError):
-        granted = (folder / "cpu.cfs_quota_us").read_text(encoding="ascii")
-        period = (folder / "cpu.cfs_period_us").read_text(encoding="ascii")
-        return None if int(granted) <= 0 else int(granted) / int(period)
-    return None
 
 
 def let_threads_sleep() -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -94,28 +93,19 @@ def test_a_first_run_says_what_it_compiles_and_shares_it(monkeypatch, capsys, mi
     """The second process is waited for where its kernels are needed, and ended where the run ends before."""
     calls = []
 
-    def start(module, name, path):
-        assert "[burst]" in Path(path).read_text()
-        calls.append(f"{module}:{name}")
+    def start(command, **_):
+        assert "[burst]" in Path(command[4]).read_text()
+        calls.append(command[3])
         return SimpleNamespace(wait=lambda: calls.append("wait"), terminate=lambda: calls.append("end"))
 
     monkeypatch.setattr(kernels, "_missing", lambda: missing)
     monkeypatch.setattr(kernels, "cores", lambda: available)
-    monkeypatch.setattr(kernels, "start_function", start)
+    monkeypatch.setattr(kernels.subprocess, "Popen", start)
     case = load_case(ROOT / "cases" / "tube.toml")
     with kernels.compiled_beside(case, quiet=False) as wait:
         wait()
-    assert calls == (["fragfield.studies.warm_up:compile_flight", "wait", "end", "wait"] if started else [])
+    assert calls == (["fly", "wait", "end", "wait"] if started else [])
     assert capsys.readouterr().err.startswith(line)
     with kernels.compiled_beside(case, quiet=True):
         pass
     assert capsys.readouterr().err == ""
-
-
-@pytest.mark.slow
-def test_the_second_process_compiles_what_the_flight_calls(tmp_path):
-    shutil.copy(ROOT / "cases" / "tube.toml", tmp_path)
-    script = f"from fragfield.studies.warm_up import compile_flight; compile_flight({str(tmp_path / 'tube.toml')!r})"
-    variables = {**os.environ, "PYTHONPATH": str(ROOT), "NUMBA_CACHE_DIR": str(tmp_path / "cache")}
-    subprocess.run([sys.executable, "-c", script], env=variables, check=True, cwd=tmp_path)
-    assert {path.name.split(".")[1].partition("-")[0] for path in (tmp_path / "cache").rglob("*.nbi")} >= {"fly_chunk"}

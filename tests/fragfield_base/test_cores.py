@@ -1,4 +1,4 @@
-"""Cores that a process may use: by affinity, and by the quotas of control groups of both versions."""
+"""Cores that a process may use: by affinity, and by the quotas of control groups."""
 
 from __future__ import annotations
 
@@ -29,10 +29,6 @@ def written(folder, files):
         ("0::/pod/one\n", {"pod/cpu.max": "150000 100000\n", "pod/one/cpu.max": "max 100000\n"}, 1.5),
         ("0::/pod/one\n", {"pod/cpu.max": "400000 100000\n", "pod/one/cpu.max": "200000 100000\n"}, 2.0),
         ("0::/../../host/one\n", {"cpu.max": "300000 100000\n"}, 3.0),  # names of the host's, which are not there
-        ("4:cpu,x:/a\n", {"cpu,x/a/cpu.cfs_quota_us": "50000", "cpu,x/a/cpu.cfs_period_us": "100000"}, 0.5),
-        ("4:cpu,cpuacct:/docker/x\n", {"cpu/cpu.cfs_quota_us": "400000", "cpu/cpu.cfs_period_us": "100000"}, 4.0),
-        ("4:cpu:/\n", {"cpu/cpu.cfs_quota_us": "-1", "cpu/cpu.cfs_period_us": "100000"}, None),
-        ("9:memory:/a\n4:cpu:/a\n0::/a\n", {"unified/a/cpu.max": "100000 50000"}, 2.0),  # both versions
         ("0::/\n", {"cpu.max": "nonsense"}, None),
         ("0::/\n", {"cpu.max": "100000 0\n"}, None),
         ("", {}, None),

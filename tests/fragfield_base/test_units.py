@@ -8,7 +8,6 @@ import pint
 import pytest
 
 from fragfield_base.inputs import Quantity
-from fragfield_base.paths import absolute
 from fragfield_base.units import UNITS, UnitError, read_measure
 
 FOOT = 0.3048
@@ -95,24 +94,3 @@ def test_what_is_no_measure_is_refused(text: str, words: str) -> None:
 )
 def test_a_value_is_shown_in_the_unit_of_its_example(quantity: Quantity, value: float, text: str) -> None:
     assert quantity.in_unit_of_example(value) == text
-
-
-def test_names_of_files_count_from_a_folder_and_what_is_none_is_refused(tmp_path, monkeypatch) -> None:
-    """From the folder given, else from the working folder; from the home folder with a tilde."""
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("HOME", str(tmp_path / "home"))
-    (tmp_path / "loop").symlink_to("loop")
-    assert absolute("a.toml", OSError) == tmp_path / "a.toml"
-    assert absolute("a.toml", OSError, tmp_path / "b") == tmp_path / "b" / "a.toml"
-    assert absolute("/a.toml", OSError, tmp_path / "b").as_posix() == "/a.toml"
-    assert absolute("~/a.toml", OSError, tmp_path / "b") == tmp_path / "home" / "a.toml"
-    for name, words in (
-        ("", "an empty name"),
-        ("~no_such_user_here/a", "there is no such home"),
-        ("a\0b", "the character NUL"),
-        ("a\udc80", "not UTF-8"),
-        ("loop", "a loop of symbolic links"),
-        (300 * "a", "too long for this file system"),
-    ):
-        with pytest.raises(ValueError, match=words):
-            absolute(name, ValueError)
