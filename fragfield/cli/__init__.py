@@ -12,7 +12,7 @@ import sys
 from contextlib import suppress
 
 from fragfield.cli.application import app
-from fragfield.cli.streams import finish_messages, prepare_process, silence
+from fragfield.cli.guard import finish_messages, prepare_process, silence
 from fragfield.errors import EXIT_INPUT, EXIT_INTERRUPTED, InputError, exit_code_of, interrupt, interrupt_again
 from fragfield_base.interruption import SIGNALS
 

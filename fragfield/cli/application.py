@@ -11,8 +11,7 @@ from typer.core import TyperGroup
 import fragfield
 from fragfield.cli.commands import COMMANDS, GROUPS, STUDIES
 from fragfield.cli.declare import LazyCommand, file_path
-from fragfield.cli.guard import guarded
-from fragfield.cli.streams import to_stdout
+from fragfield.cli.guard import guarded, to_stdout
 from fragfield.pipeline.parallel import launched_rank
 
 _COLLECTIVE = ("run", "burst", "break-up", "fly")

@@ -1,4 +1,4 @@
-"""The end of a command: its result on stdout, or one error message and an exit code."""
+"""Begin and end of a command: streams that accept any text, its result on stdout, or one message and an exit code."""
 
 from __future__ import annotations
 
@@ -9,14 +9,15 @@ import traceback
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from json import dumps
-from typing import Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TextIO
 
 import typer
 
-from fragfield.cli.streams import to_stdout
-from fragfield.errors import EXIT_FAULT, EXIT_INTERRUPTED, InputError, exit_code_of, message_of
+from fragfield.errors import EXIT_FAULT, EXIT_INPUT, EXIT_INTERRUPTED, InputError, exit_code_of, message_of
 from fragfield.pipeline.parallel import launched_rank
 from fragfield.terminal.logs import visible
+from fragfield_base.ambient import settle
 from fragfield_base.paths import shown
 
 
@@ -82,3 +83,54 @@ def _print_message(message: str, *, json: bool, code: int = EXIT_INTERRUPTED) ->
     if json:
         with suppress(typer.Exit, InputError), to_stdout():
             typer.echo(dumps({"error": {"message": shown(message), "exit_code": code}}))
+
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+
+def prepare_process() -> list[str]:
+    """Let no letter fail, and settle the variables of libraries; the arguments, which no library sees.
+
+    Raises InputError: a variable holds what it must not.
+    """
+    closed = Path(os.devnull).open("w", encoding="utf-8")  # noqa: SIM115 - as long as the process
+    sys.stdout, sys.stderr = sys.stdout or closed, sys.stderr or closed
+    for stream in (sys.stdout, sys.stderr):
+        if hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors="backslashreplace")  # names of a case in a terminal that knows ASCII alone
+    settle(InputError)
+    arguments = sys.argv[1:]
+    sys.argv[1:] = []
+    return arguments
+
+
+def silence(stream: TextIO | None = None) -> None:
+    """Let what is still to be written to a stream go nowhere: whoever read it has gone, or its disk is full.
+
+    By default it is standard output.
+    """
+    with suppress(OSError, ValueError):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), (stream or sys.stdout).fileno())
+
+
+def finish_messages() -> None:
+    """Write what is left for standard error, or drop it: Python 3.13 ends with 120 where that fails at its end."""
+    try:
+        sys.stderr.flush()
+    except (OSError, ValueError):
+        silence(sys.stderr)
+
+
+@contextmanager
+def to_stdout() -> Iterator[None]:
+    """Write a result; raises InputError where it cannot be written, and ends silently where the reader is gone."""
+    try:
+        yield
+        sys.stdout.flush()
+    except BrokenPipeError:
+        silence()
+        raise typer.Exit(EXIT_INPUT) from None
+    except OSError as error:
+        silence()
+        raise InputError(f"standard output: cannot be written: {error.strerror or error}") from None

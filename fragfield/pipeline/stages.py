@@ -24,13 +24,12 @@ from fragfield.hazard.recommended import hazard_of, recommended_of
 from fragfield.hazard.rules import rules_of
 from fragfield.hazard.site_map import write_contours
 from fragfield.hazard.to_apply import distance_to_apply, official_part
-from fragfield.pipeline.arena import arena_realisation, read_arena, write_arena
+from fragfield.pipeline.arena import arena_realisation, read_arena, table_width, write_arena
 from fragfield.pipeline.attitudes import flown_attitude, fly_all
 from fragfield.pipeline.convergence import convergence_of
 from fragfield.pipeline.ensemble import break_up_all
 from fragfield.pipeline.job import Job
 from fragfield.pipeline.single_round import single_round
-from fragfield.pipeline.table_width import table_width
 from fragfield.results.break_up import BreakUp
 from fragfield.results.burst import Burst
 from fragfield.results.flight import Flight

@@ -98,7 +98,7 @@ def expected_means(item: Round, settings: BreakUpSettings) -> list[SegmentMean]:
 
 
 def check_numbers(case: CaseTable, settings: BreakUpSettings, *, margin: float = _MARGIN) -> Iterator[Fault]:
-    """Faults of a resolved case: more fragments than are computed.
+    """Faults of a resolved case: more fragments than are computed, or segments of which grades hold none.
 
     `margin` is the factor by which an estimated mean mass may be wrong; with 1 the lines are what is to be expected.
     """
@@ -118,6 +118,9 @@ def check_numbers(case: CaseTable, settings: BreakUpSettings, *, margin: float =
             f"{law} makes about {number:.3g} fragments of the casings, with mean masses from "
             f"{smallest:.3g} kg; allowed: at most {MOST_FRAGMENTS:.0e}: check mean_mass, {_inputs(settings)}",
         )
+    if settings.sampler == "graded":
+        for index, found in means.items():
+            yield from _empty_grades(f"round[{index + 1}]", found, settings, margin)
 
 
 def _images(case: CaseTable) -> int:
@@ -130,6 +133,29 @@ def _inputs(settings: BreakUpSettings) -> str:
     return (
         "fracture_stress and fracture_gamma" if settings.mean_mass == "mott_1947" else "prefactor and fracture_energy"
     )
+
+
+def _empty_grades(key: str, found: list[SegmentMean], settings: BreakUpSettings, margin: float) -> Iterator[Fault]:
+    """The first segment of which the first grade holds less than one fragment, for any mean mass within the margin."""
+    from transition.law.mott import MottLaw
+    from transition.law.samplers import Graded
+
+    grades = Graded(settings.graded_m0, settings.graded_dm)
+    for one in found:
+        factors = (1.0,) if one.exact else (1.0 / margin, 1.0, margin)
+        means = [min(factor * one.mean, one.mass) for factor in factors]
+        laws = [MottLaw.from_mean(mean, settings.dimension, settings.mixed_fraction) for mean in means]
+        numbers = [one.mass / mean for mean in means]
+        if max(numbers) > 1e6 or math.isinf(one.mean):
+            continue
+        if not any(grades.grades(law, n, one.mass)[1].any() for law, n in zip(laws, numbers, strict=True)):
+            yield Fault(
+                "break_up.graded_dm",
+                f"the first grade, graded_m0 + graded_dm = {settings.graded_m0 + settings.graded_dm:g} kg, holds less "
+                f'than one fragment of the segment "{one.name}" of {key} ({one.mass:.4g} kg, mean mass about '
+                f'{one.mean:.3g} kg); allowed: wider grades, or sampler = "quantile"',
+            )
+            return
 
 
 _FASTER = 1.25  # than Gurney's speed: the fastest pieces of a wall, and those of a focus
