@@ -20,6 +20,7 @@ from flight import Fragments, HeightMap
 from flight.scene.scene import Scene
 from fragfield.case import CaseTable, plain
 from fragfield.case.checks.estimates import check_numbers, given_fragments
+from fragfield.case.checks.expected_masses import recovered_warning
 from fragfield.case.conversion.attitude import attitude_of, is_mixed
 from fragfield.case.conversion.clearance import Body, min_clearance
 from fragfield.case.conversion.exposed_sites import exposed_sites_of
@@ -43,7 +44,6 @@ from fragfield.pipeline.arena import read_arena
 from fragfield.pipeline.attitudes import attitudes_of
 from fragfield.results import check as results
 from fragfield.results.burst import ComputedPart
-from fragfield.results.flight import Recovered
 from fragfield.results.part import marks
 from transition.law.mean_mass import gurney_coefficient, gurney_speed
 
@@ -132,12 +132,9 @@ def _map_extent(ground: HeightMap) -> results.GroundMap:
 def describe_exposed(case: CaseTable) -> Iterator[results.PlacedSite]:
     """Distance and direction of the nearest edge of each exposed site."""
     for exposed in exposed_sites_of(case):
-        away = exposed.edge() - np.asarray(case.flight.origin)
-        distance = np.hypot(away[:, 0], away[:, 1])
-        nearest = int(np.argmin(distance))
-        azimuth = math.degrees(math.atan2(away[nearest, 1], away[nearest, 0])) % 360.0
+        distance, azimuth = exposed.nearest(case.flight.origin)
         yield results.PlacedSite(
-            name=exposed.table.name, kind=exposed.table.kind, distance=float(distance[nearest]), azimuth_deg=azimuth,
+            name=exposed.table.name, kind=exposed.table.kind, distance=distance, azimuth_deg=azimuth,
             bearing_deg=bearing_of(case, azimuth),
         )  # fmt: skip
 
@@ -325,7 +322,7 @@ def fragments_report(case: CaseTable, path: Path) -> results.Checked:
         table, recovered = known
         held = results.CheckedFragments(
             file=path.name, number=float(table.number.sum()), mass=table.total_mass,
-            recovered=Recovered(**recovered.summary()),
+            recovered=recovered,
         )  # fmt: skip
-        warnings = [recovered.warning] if recovered.warning else []
+        warnings = list(filter(None, [recovered_warning(recovered)]))
     return results.Checked(case=plain(case), fragments=held, warnings=tuple(warnings), **_prescribed(case))

@@ -152,10 +152,7 @@ class ExposedSums:
 
     def _entry(self, site: ExposedSite, found: EnsembleHazard, *, determined: bool) -> AssessedSite:
         case = self.case
-        away = site.edge() - np.asarray(case.flight.origin)
-        distance = np.hypot(away[:, 0], away[:, 1])
-        nearest = int(np.argmin(distance))
-        azimuth = math.degrees(math.atan2(away[nearest, 1], away[nearest, 0])) % 360.0
+        distance, azimuth = site.nearest(case.flight.origin)
         values, largest = self._values(site, None if found.undetermined else found.expected)
         if self._short is not None:
             expected = None if found.undetermined else found.without_ricochet or found.expected
@@ -167,7 +164,7 @@ class ExposedSums:
             "kind": site.table.kind,
             "place": tuple(site.centre),
             "outline": tuple(map(tuple, site.outline.tolist())),
-            "distance": float(distance[nearest]),
+            "distance": distance,
             "azimuth_deg": azimuth,
             "bearing_deg": bearing_of(case, azimuth),
             "energy": site.energy,
@@ -178,7 +175,7 @@ class ExposedSums:
             "level": LEVEL,
         }
         without = no_margin(case, site) or None
-        margin = None if without else _margin(away, distance, found)
+        margin = None if without else _margin(site.edge() - np.asarray(case.flight.origin), found)
         made = AssessedSite(**entry, verdict="not determined", no_margin=without, margin=margin)
         return replace(made, verdict=verdict_of(made)) if determined else made
 
@@ -296,7 +293,7 @@ def _all_round(
     return made["ground"], made["normal"]
 
 
-def _margin(away: NDArray[np.float64], distance: NDArray[np.float64], found: EnsembleHazard) -> float | None:
+def _margin(away: NDArray[np.float64], found: EnsembleHazard) -> float | None:
     """Smallest distance (m) of a site's edge beyond the line of the expected density's bound as it is drawn."""
     expected = found.expected
     if found.undetermined:
@@ -304,4 +301,4 @@ def _margin(away: NDArray[np.float64], distance: NDArray[np.float64], found: Ens
     reach = expected.upper_by_direction if np.isfinite(expected.upper_by_direction).all() else expected.by_direction
     azimuth, line = smooth_outline(reach, expected.kernel)
     turn = np.degrees(np.arctan2(away[:, 1], away[:, 0]))
-    return float((distance - np.interp(turn, azimuth, line, period=360.0)).min())
+    return float((np.hypot(*away.T) - np.interp(turn, azimuth, line, period=360.0)).min())

@@ -16,7 +16,7 @@ from flight.arena import MOTT, ArenaTable, is_arena_file
 from flight.hazard.density.directions import Directions
 from flight.hazard.pool import FlightCounts, PooledFlights
 from fragfield.case import CaseTable
-from fragfield.case.checks.expected_masses import RecoveredMass, recovered_mass
+from fragfield.case.checks.expected_masses import recovered_mass
 from fragfield.case.conversion.attitude import is_mixed
 from fragfield.case.conversion.rounds import charge_centre
 from fragfield.case.conversion.turned import even_surroundings
@@ -24,12 +24,13 @@ from fragfield.case.problem import flight_arguments, hazard_criteria, hazard_dir
 from fragfield.errors import InputError
 from fragfield.pipeline.flown import above_ground
 from fragfield.pipeline.job import Job
+from fragfield.results.flight import Recovered
 
 _WIDEST = 30.0  # degrees of a zone with fragments
 _log = logging.getLogger(__name__)
 
 
-def read_arena(path: Path | None, case: CaseTable) -> tuple[ArenaTable, RecoveredMass] | None:
+def read_arena(path: Path | None, case: CaseTable) -> tuple[ArenaTable, Recovered] | None:
     """The table of a file with the numbers that are flown, and what of the casing it holds; None: no arena table.
 
     Raises InputError: the table cannot be read or carry a distance, its mass is not that of the case's rounds, or the

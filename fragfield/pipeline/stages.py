@@ -14,6 +14,7 @@ from typing import Any
 import flight
 from flight import Fragments, hazard
 from flight.files.ensemble import read_fragment_ensemble, write_ensemble, write_fragment_ensemble
+from fragfield.case.checks.expected_masses import recovered_warning
 from fragfield.case.conversion.rounds import burst_rounds
 from fragfield.case.conversion.surroundings import bearing_of
 from fragfield.case.problem import burst_geometry, burst_settings, hazard_criteria
@@ -123,7 +124,7 @@ def fly(job: Job, stage: Stage) -> Summary:
     if job.options.fragments is not None:
         summary["fragments_file"] = job.options.fragments.name
     if found:
-        summary["recovered"] = found[1].summary()
+        summary["recovered"] = found[1]
     headline = {
         **flown.hazard.headline,
         "not_integrated_because": flown.not_integrated_because,
@@ -163,8 +164,8 @@ def _realisations(job: Job, stage: Stage) -> Sequence[Fragments]:
     found = read_arena(job.options.fragments, job.case)
     if found is not None:
         arena, recovered = found
-        if recovered.warning:
-            _log.warning("%s", recovered.warning, extra={"code": "arena_mass"})
+        if words := recovered_warning(recovered):
+            _log.warning("%s", words, extra={"code": "arena_mass"})
         fragments = arena_realisation(arena, job.case, 0)
         arena.write(job.target.file("arena.csv"))
     else:

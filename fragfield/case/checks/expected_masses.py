@@ -6,8 +6,6 @@ A mass that no casing has shows that the numbers of a mesh file or a drawing wer
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass
-from typing import Any
 
 from flight.arena import ArenaTable
 from fragfield.case.conversion.rounds import are_alike, first_alike, masses_of
@@ -15,6 +13,7 @@ from fragfield.case.faults import Fault
 from fragfield.case.schema import CaseTable
 from fragfield.case.tables.round import RoundTable
 from fragfield.errors import InputError
+from fragfield.results.flight import Recovered
 
 TOLERANCE = 0.01
 """Difference from the expected mass that is allowed, as a fraction of it."""
@@ -124,63 +123,39 @@ RECOVERED = (0.5, 1.1)
 """Mass of an arena table over the casing's with which it is flown."""
 
 
-@dataclass(frozen=True)
-class RecoveredMass:
-    """Mass that an arena test recovered, and that of the casing."""
-
-    mass: float
-    """Of the table, one round (kg), as it was read."""
-    casing_mass: float | None
-    """Of the casing of a round of the case (kg); None where the case has no rounds."""
-    arena_mass: str
-    """How the case has the table flown: `flight.arena_mass`."""
-
-    @property
-    def fraction(self) -> float | None:
-        """Part of the casing that was recovered; None where the case has no rounds."""
-        return None if self.casing_mass is None else self.mass / self.casing_mass
-
-    @property
-    def factor(self) -> float:
-        """Factor on the numbers of the table with which it is flown."""
-        return 1.0 if self.fraction is None or self.arena_mass != "scaled" else 1.0 / self.fraction
-
-    @property
-    def words(self) -> str:
-        """What was recovered and how it is flown, for terminal, log and report."""
-        if self.fraction is None:
-            return (
-                f"the arena table holds {self.mass:.4g} kg of fragments; without a table [[round]] the mass of the "
-                "casing is not known, nor the fraction of it that was recovered"
-            )
-        held = (
-            f"the arena table holds {self.mass:.4g} kg of fragments, {100.0 * self.fraction:.3g} % of the "
-            f"{self.casing_mass:.4g} kg of the casing"
+def _recovered(mass: float, casing: float | None, arena_mass: str) -> Recovered:
+    """What a table holds of one round (kg), and how it is flown, in words for terminal, log and report."""
+    fraction, factor = None if casing is None else mass / casing, 1.0
+    words = f"the arena table holds {mass:.4g} kg of fragments"
+    if fraction is None:
+        words += (
+            "; without a table [[round]] the mass of the casing is not known, nor the fraction of it that was recovered"
         )
-        if self.arena_mass == "scaled":
-            return f"{held}; its numbers are flown times {self.factor:.4g}, scaled to the casing"
-        return held
-
-    @property
-    def warning(self) -> str:
-        """What is doubtful in it; empty where all is well."""
-        if self.fraction is None or _WARNED <= self.fraction <= RECOVERED[1]:
-            return ""
-        if self.arena_mass == "scaled":
-            return f"{self.words}: what was not recovered is taken to have flown as what was"
-        if self.fraction < _WARNED:
-            return (
-                f"{self.words}: fragments that were not recovered are not flown, so that densities and distances are "
-                'too small; flight.arena_mass = "scaled" scales the numbers to the casing'
-            )
-        return f"{self.words}: more than the round has"
-
-    def summary(self) -> dict[str, Any]:
-        """As summary.json has it, `flight.recovered`."""
-        return {**asdict(self), "fraction": self.fraction, "factor": self.factor, "words": self.words}
+    else:
+        words += f", {100.0 * fraction:.3g} % of the {casing:.4g} kg of the casing"
+        if arena_mass == "scaled":
+            factor = 1.0 / fraction
+            words += f"; its numbers are flown times {factor:.4g}, scaled to the casing"
+    return Recovered(
+        mass=mass, casing_mass=casing, arena_mass=arena_mass, fraction=fraction, factor=factor, words=words
+    )
 
 
-def recovered_mass(case: CaseTable, table: ArenaTable, name: str) -> RecoveredMass:
+def recovered_warning(found: Recovered) -> str:
+    """What is doubtful in it; empty where all is well."""
+    if found.fraction is None or _WARNED <= found.fraction <= RECOVERED[1]:
+        return ""
+    if found.arena_mass == "scaled":
+        return f"{found.words}: what was not recovered is taken to have flown as what was"
+    if found.fraction < _WARNED:
+        return (
+            f"{found.words}: fragments that were not recovered are not flown, so that densities and distances are "
+            'too small; flight.arena_mass = "scaled" scales the numbers to the casing'
+        )
+    return f"{found.words}: more than the round has"
+
+
+def recovered_mass(case: CaseTable, table: ArenaTable, name: str) -> Recovered:
     """Compare an arena table, from a file `name`, with the casing of the resolved case's rounds.
 
     Raises InputError: the rounds of the case differ, so that one table cannot stand for all; a fragment is heavier than
@@ -196,7 +171,7 @@ def recovered_mass(case: CaseTable, table: ArenaTable, name: str) -> RecoveredMa
                 f'{name}: flight.arena_mass: found "scaled" without a table [[round]], so that the mass of the casing '
                 'is not known; allowed: "checked" or "as_given", or a round with its profile and casing'
             )
-        return RecoveredMass(table.total_mass, None, meant)
+        return _recovered(table.total_mass, None, meant)
     if not are_alike(case):
         raise InputError(
             f"{name}: an arena table holds the fragments of one kind of round, and those of the case differ; allowed: "
@@ -209,7 +184,7 @@ def recovered_mass(case: CaseTable, table: ArenaTable, name: str) -> RecoveredMa
             f"{name}: mean_mass_kg: found {heaviest:.4g}, more than the casing of round[1], {casing:.4g} kg; allowed: "
             "fragments of that round (is it in kg?)"
         )
-    found = RecoveredMass(table.total_mass, casing, meant)
+    found = _recovered(table.total_mass, casing, meant)
     low, high = RECOVERED
     fraction = found.mass / casing
     if meant == "checked" and not low <= fraction <= high:

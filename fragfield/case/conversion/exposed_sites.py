@@ -70,6 +70,13 @@ class ExposedSite:
             parts.append(start + (end - start) * (np.arange(count) / count)[:, None])
         return np.concatenate(parts)
 
+    def nearest(self, origin: tuple[float, float]) -> tuple[float, float]:
+        """Distance (m) and azimuth (degrees, 0 to 360) of the nearest point of its edge."""
+        away = self.edge() - np.asarray(origin)
+        distance = np.hypot(away[:, 0], away[:, 1])
+        at = int(np.argmin(distance))
+        return float(distance[at]), math.degrees(math.atan2(away[at, 1], away[at, 0])) % 360.0
+
 
 def check_exposed(case: CaseTable) -> Iterator[Fault]:
     """Faults of the tables [[exposed]] as read."""
