@@ -9,6 +9,7 @@ import atexit
 import gc
 import os
 import re
+import sys
 import warnings
 
 from fragfield_base.cores import affinity, cores
@@ -52,15 +53,28 @@ def settle(error: type[Exception]) -> None:
     """Set the variables of this process; `error` is raised for one of the user's that holds what it must not."""
     gc.set_threshold(_OBJECTS)
     atexit.register(gc.freeze)  # else Python takes its modules apart object by object, for half a second
+    # For terminals of Windows alone; numba, where it finds it, lets it end our output, JSON too, with a colour code.
+    sys.modules.setdefault("colorama", None)  # type: ignore[arg-type]
     launched = is_launched()
-    for name in () if launched else list(filter(_OF_MPI.fullmatch, os.environ)):
-        del os.environ[name]
+    if not launched:
+        leave_launch()
     check_variables(error)
     os.environ.update(_FORCED if launched else _FORCED | _ALONE)
     narrow()
     if cores() < affinity():  # libraries count the cores alone, not the time that a container has of them
         for name in ("NUMBA_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
             os.environ.setdefault(name, str(cores()))
+
+
+def leave_launch() -> None:
+    """Drop the variables of MPI: a process that a rank starts is none of the ranks."""
+    for name in os.environ.keys() - own_environment().keys():
+        del os.environ[name]
+
+
+def own_environment() -> dict[str, str]:
+    """The variables without those of MPI and its launchers."""
+    return {name: value for name, value in os.environ.items() if not _OF_MPI.fullmatch(name)}
 
 
 def check_variables(error: type[Exception]) -> None:

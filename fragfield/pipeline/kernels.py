@@ -9,10 +9,10 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from flight.kernels import compiling
 from fragfield.case import CaseTable
 from fragfield.case.write import to_toml
 from fragfield.terminal.progress import COMPILING
+from fragfield_base.ambient import own_environment
 from fragfield_base.cores import cores
 from fragfield_base.kernel_cache import cache_root
 
@@ -48,7 +48,7 @@ def compiled_beside(case: CaseTable, *, quiet: bool) -> Iterator[Callable[[], ob
             f"--fragments={fragments}",
             f"--out={folder}/run",
         ]
-        process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        process = subprocess.Popen(command, env=own_environment(), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         try:
             yield process.wait
         finally:
@@ -59,6 +59,7 @@ def compiled_beside(case: CaseTable, *, quiet: bool) -> Iterator[Callable[[], ob
 def _missing() -> list[str]:
     """Stages of which no kernel is in the cache; none where nothing can be kept."""
     from burst_fenicsx.kernels import lanes
+    from flight.kernels import compiling
 
     root = cache_root()
     folders = {"burst": lanes._FOLDER, "flight": f"flight-{compiling._STAMP}"}

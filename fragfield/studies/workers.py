@@ -43,7 +43,7 @@ from fragfield.results.flight import Flight
 from fragfield.results.part import to_json
 from fragfield.results.summary import Summary
 from fragfield.terminal.logs import to_stderr
-from fragfield_base.ambient import settle
+from fragfield_base.ambient import leave_launch, settle
 from fragfield_base.cores import cores
 from fragfield_base.interruption import end_requested
 from fragfield_base.version import __version__
@@ -264,6 +264,7 @@ def _without_main() -> Iterator[None]:
 def _prepare(threads: int, held: Connection) -> None:
     """In a new process: a session of its own, its threads, and an end with the process that gives the work."""
     os.setsid()
+    leave_launch()
     settle(InputError)
     os.environ["NUMBA_NUM_THREADS"] = os.environ["OMP_NUM_THREADS"] = str(threads)  # read when numba is loaded
     os.dup2(2, 1)  # what a library prints is no result of the command

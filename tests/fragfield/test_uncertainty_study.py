@@ -160,21 +160,21 @@ def test_a_killed_study_goes_on_and_is_the_same(made, tmp_path, monkeypatch):
     assert requests == []
 
 
-def test_a_worker_that_is_killed_loses_no_sample(made, tmp_path):
-    requests, codes = made
-    whole = tmp_path / "whole"
+def test_samples_of_a_killed_worker_are_made_again_by_resume(made, tmp_path):
+    _, codes = made
+    whole, killed = tmp_path / "whole", tmp_path / "killed"
     assert _invoke(whole, "--samples", 20).exit_code == 0
-    requests.clear()
-    codes += [0, -9, 0, -9, -9]
-    done = _invoke(tmp_path / "killed", "--samples", 20, "--jobs", 1)
-    assert done.exit_code == 0, done.output
-    assert len(requests) == 23
-    assert (whole / "samples.csv").read_bytes() == (tmp_path / "killed" / "samples.csv").read_bytes()
+    codes += [0, -9]
+    done = _invoke(killed, "--samples", 20, "--jobs", 1)
+    assert done.exit_code == 3, done.output
+    assert "a process was killed, for want of memory or by a signal; --resume makes its runs again" in done.output
+    assert _invoke(killed, "--samples", 20, "--resume").exit_code == 0
+    assert (whole / "samples.csv").read_bytes() == (killed / "samples.csv").read_bytes()
 
 
 def test_failed_samples_are_counted_and_left_out(made, tmp_path):
     _, codes = made
-    codes += [0, 3, -9, -9, -9]
+    codes += [0, 3, -9]
     out = tmp_path / "out"
     done = invoke("uncertainty", M107, "--out", out, "--samples", "40", "--jobs", "1")
     assert done.exit_code == 3, done.output
