@@ -22,7 +22,7 @@ from fragfield.files.run_directory import RunDirectory
 from fragfield.hazard.contents import image_names, with_images
 from fragfield.hazard.contours import Contour, outline, smooth_outline, write_geojson, write_kml
 from fragfield.hazard.verdict import criterion_words, part_of_criterion
-from fragfield.places.site import Site
+from fragfield.places.site import Site, longitude_of
 from fragfield.results.site import ExposedSite
 from fragfield.results.words import metres
 
