@@ -58,7 +58,7 @@ class Revolution:
         return np.asarray(self._wedge_start >= 0)
 
     def wedge_nodes(self) -> NDArray[np.int64]:
-        """Nodes (w, 6) of the wedges in VTK's order."""
+        """Nodes (w, 6) of the wedges in the order of VTK 9.7; before it VTK's triangles went the other way round."""
         cells, start = self.cells[self.wedges], self._wedge_start[self.wedges]
         rows = np.arange(len(cells))
         # Nodes start and start + 1 lie on the axis; the triangles lie across it.

@@ -57,7 +57,10 @@ def test_wedges_are_not_inside_out_whichever_node_comes_first(turn):
     pyvista = pytest.importorskip("pyvista")
     flat, cells = grid(3, 4)
     swept = revolution(world(flat), np.roll(cells, turn, axis=1), POSITION, AXIS)
-    kinds = {pyvista.CellType.WEDGE: swept.wedge_nodes(), pyvista.CellType.HEXAHEDRON: swept.cells[~swept.wedges]}
+    wedges = swept.wedge_nodes()
+    if pyvista.vtk_version_info < (9, 7):
+        wedges = wedges[:, [0, 2, 1, 3, 5, 4]]
+    kinds = {pyvista.CellType.WEDGE: wedges, pyvista.CellType.HEXAHEDRON: swept.cells[~swept.wedges]}
     found = pyvista.UnstructuredGrid(kinds, swept.positions(world(flat))).compute_cell_sizes()["Volume"]
     assert found.min() > 0.0
     assert found.sum() == pytest.approx(volumes(swept.positions(world(flat)), swept.cells).sum(), rel=1e-9)
