@@ -1,5 +1,5 @@
 #!/bin/sh
-# Wedges (six nodes, VTK_WEDGE) in VTK 9.7.2 have another order of nodes than in VTK 9.5.2: the normal of the first triangle now
+# Wedges (six nodes, VTK_WEDGE) in VTK 9.7.2 have another order of nodes than up to 9.6 (here 9.5.2): the normal of the first triangle now
 # points into the cell, as in other finite element formats and in VTK's own wedges of higher order; before it pointed out. The
 # files do not say which order they hold (.vtk is version 5.1 and .vtu 1.0 or 0.1 with both), so a file of the one release is
 # read by the other without a word, and each of its wedges is inside out. meshio 5.3.5, which exchanges nodes for the old order,
