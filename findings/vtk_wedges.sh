@@ -1,9 +1,9 @@
 #!/bin/sh
-# Wedges (six nodes, VTK_WEDGE) in VTK 9.7.2 have another order of nodes than up to 9.6 (here 9.5.2): the normal of the first triangle now
-# points into the cell, as in other finite element formats and in VTK's own wedges of higher order; before it pointed out. The
-# files do not say which order they hold (.vtk is version 5.1 and .vtu 1.0 or 0.1 with both), so a file of the one release is
-# read by the other without a word, and each of its wedges is inside out. meshio 5.3.5, which exchanges nodes for the old order,
-# now writes inverted wedges for 9.7 and reads those of 9.7 inverted.
+# Wedges (six nodes, VTK_WEDGE) have another order of nodes in VTK 9.7.2 than up to 9.6 (here 9.5.2): the normal of the first
+# triangle now points into the cell, as in other finite element formats and in VTK's own wedges of higher order; before it
+# pointed out. The files do not say which order they hold (.vtk is version 5.1 and .vtu 1.0 or 0.1 with both), so a file of the
+# one release is read by the other without a word, and each of its wedges is inside out. meshio 5.3.5, which exchanges nodes for
+# the old order, now writes inverted wedges for 9.7 and reads those of 9.7 inverted.
 # One would expect the volume of a file's cell to stay, or a new version of the format. Seen: vtkCellSizeFilter gives -0.5 for
 # 0.5; faces' normals point inwards; integrals over wedges count against those over hexahedra. Fails where that changes.
 set -eu
