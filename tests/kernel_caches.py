@@ -48,7 +48,7 @@ def folders() -> list[str]:
 
     from burst_fenicsx.kernels import lanes
     from flight.kernels import compiling as flight
-    from transition.kernels import compiling as transition
+    from transition import kernels as transition
 
     states = (lanes._FOLDER, f"flight-{flight._STAMP}", f"transition-{transition._STAMP}")
     sources = {path.parent for name in PACKAGES for path in (ROOT / name).rglob("*.py")}

@@ -9,11 +9,10 @@ from fragfield_base.lazy_names import lazy_names
 if TYPE_CHECKING:
     from fragfield_base.burst_snapshot import SegmentRecord
     from transition.breaking_up import BreakUp, break_up
-    from transition.cells.points import MaterialPoints
     from transition.errors import InputError
     from transition.field import CasingInMesh, snapshot_of
-    from transition.law.mott import MottLaw
-    from transition.law.samplers import Graded, Quantile, Sampler
+    from transition.law.mott import Graded, MottLaw, Quantile, Sampler
+    from transition.points import MaterialPoints
     from transition.results import BreakUpResult, SegmentResult
     from transition.settings import BreakUpSettings
     from transition.snapshot import RoundData, Snapshot
@@ -42,11 +41,10 @@ __getattr__, __dir__ = lazy_names(
     {
         "fragfield_base.burst_snapshot": "SegmentRecord",
         "transition.breaking_up": "BreakUp break_up",
-        "transition.cells.points": "MaterialPoints",
+        "transition.points": "MaterialPoints",
         "transition.errors": "InputError",
         "transition.field": "CasingInMesh snapshot_of",
-        "transition.law.mott": "MottLaw",
-        "transition.law.samplers": "Graded Quantile Sampler",
+        "transition.law.mott": "Graded MottLaw Quantile Sampler",
         "transition.results": "BreakUpResult SegmentResult",
         "transition.settings": "BreakUpSettings",
         "transition.snapshot": "RoundData Snapshot",

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
 from operator import index
@@ -13,19 +12,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fragfield_base.cores import cores
-from transition.casing import RingCasing, casing_of
-from transition.cells.points import POINTS_PER_FRAGMENT, MaterialPoints, lightest_that_matters
+from transition.casing import casing_of
 from transition.draws import Draws
 from transition.errors import InputError
-from transition.law.samplers import Graded, Quantile, Sampler
-from transition.law.segment_law import outside_of, segment_laws
-from transition.law.segments import CasingSegment, casing_segments
-from transition.placement.directions import compare_directions
-from transition.placement.isometry import Attitude, Isometry, draw_attitude, rotation
-from transition.placement.mirroring import Image, images
-from transition.placement.placing import CURVE_DRAWS, Clusters, Sheet, place
-from transition.placement.scatter import scattered
-from transition.results import BreakUpResult, BrokenRound, SegmentResult, ledger, summarised
+from transition.law.mott import Graded, Quantile, Sampler
+from transition.law.segments import CasingSegment, casing_segments, outside_of, segment_laws
+from transition.motion import Attitude, Image, Isometry, draw_attitude, images, rotation, scattered
+from transition.placing import CURVE_DRAWS, Sheet, place
+from transition.points import POINTS_PER_FRAGMENT, lightest_that_matters
+from transition.results import BreakUpResult, BrokenRound, SegmentResult, compare_directions, ledger, summarised
 from transition.settings import MOST_FRAGMENTS, BreakUpSettings
 from transition.snapshot import Snapshot
 
@@ -35,19 +30,12 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from flight.fragments import Fragments
-    from transition.cells.points import PointSource
     from transition.intensity import Intensity
-    from transition.placement.directions import Directions, Shares
-    from transition.results import CasingSums
+    from transition.points import PointSource
+    from transition.results import Directions, Shares
     from transition.weighted import Casings, Runs, WeightedFragments
 
-
-@dataclass(frozen=True, eq=False)
-class _Part:
-    result: SegmentResult
-    points: MaterialPoints
-    clusters: Clusters
-    angles: NDArray[np.float64] | None  # (n, 2), deviation of each fragment's direction (rad); None: without scatter
+    Array = NDArray[np.float64]
 
 
 _WEIGHTED = 0x5EED  # seed of the curves of weighted fragments
@@ -98,11 +86,20 @@ class BreakUp:
         self._turned = self.settings.random_roll and len(self.rounds) == 1
         self._foot = np.mean([self._base(broken) for broken in self.rounds], axis=0)
         self._cell_shares: dict[int, Shares] = {}
-        self._sums: dict[int, CasingSums] = {}
 
     @cached_property
     def _sources(self) -> tuple[PointSource, ...]:
         return self._casing.sources(self.segments, [lightest_that_matters(law.law) for law in self.laws])
+
+    @property
+    def number(self) -> float:
+        """Expected number of fragments by Mott's law."""
+        return float(sum(law.n0 for law in self.laws)) * (len(self._images) + 1)
+
+    @property
+    def axisymmetric(self) -> bool:
+        """Whether the casing is of rings."""
+        return self.snapshot.is_axisymmetric
 
     def realisation(self, seed: int, number: int = 0) -> BreakUpResult:
         """Break the casing up once.
@@ -119,25 +116,19 @@ class BreakUp:
             Which realisation of the ensemble.
         """
         parts, attitude = list(self._parts(seed, number)), self._attitude(seed, number)
-        results = tuple(part.result for part in parts)
-        fragments = self._fragments(results, [self._placed(part) for part in parts], attitude)
+        results = tuple(result for result, _, _ in parts)
+        motions = list(self._motions(attitude))
+        fragments = self._fragments(parts, motions)
         found = sorted({result.round for result in results})
-        sums = [self._casing_sums(one, attitude) for one in found]
+        sums = [self._casing.sums(self.rounds[one].computed).moved(motions[one][1]) for one in found]
         handed_over = ledger(fragments, sum(sums[1:], sums[0]))
-        directions = {one: self._directions(one, fragments, attitude) for one in found}
-        return BreakUpResult(
-            fragments, results, MaterialPoints.concatenate([part.points for part in parts]),
-            Clusters.concatenate([(part.clusters, len(part.points)) for part in parts]), directions, handed_over,
-            summarised(self.rounds, results, directions, handed_over, self.settings, self._outside, self.fit),
-        )  # fmt: skip
+        directions = {one: self._directions(one, fragments, attitude, motions[one][0]) for one in found}
+        summary = summarised(self.rounds, results, directions, handed_over, self.settings, self._outside, self.fit)
+        return BreakUpResult(fragments, results, directions, handed_over, summary)
 
     def fragments(self, seed: int, number: int = 0) -> Fragments:
         """The fragments of `realisation(seed, number)` alone, without ledgers and directions: for large ensembles."""
-        results, placed = [], []
-        for part in self._parts(seed, number):
-            results.append(part.result)
-            placed.append(self._placed(part))
-        return self._fragments(results, placed, self._attitude(seed, number))
+        return self._fragments(self._parts(seed, number), list(self._motions(self._attitude(seed, number))))
 
     def many(self, seed: int, numbers: Sequence[int], threads: int | None = None) -> list[Fragments]:
         """`fragments` of many realisations, on threads (default: all cores); the result does not depend on them."""
@@ -152,18 +143,17 @@ class BreakUp:
         """
         from transition.intensity import CURVES, END_CURVES, POINTS, SAMPLE_CURVES, SAMPLE_POINTS, Intensity
 
-        if not isinstance(self._casing, RingCasing):
+        if not self.axisymmetric:
             return None
         curves, points = (SAMPLE_CURVES, SAMPLE_POINTS) if sample else (CURVES, POINTS)
         lightest = POINTS_PER_FRAGMENT * sum(law.mass for law in self.laws) / points
         sources = self._casing.sources(self.segments, [lightest] * len(self.segments))
         numbers = [range(END_CURVES if directions and one.is_end else curves) for one in self.segments]
         runs = self._runs(numbers, sources, keep=sample)
-        base, axis = self._base(self.rounds[0]), self._axis()
-        x, y, z = (float(value) for value in axis)
-        place = (float(base[0]), float(base[1]), float(base[2]))
-        settings = self.settings
-        return Intensity(runs, axis, base, (x, y, z), place, settings.direction_scatter, float(settings.shape_factor))
+        axis, base, settings = self._axis, self._base(self.rounds[0]), self.settings
+        return Intensity(
+            runs, axis, base, axis.tolist(), base.tolist(), settings.direction_scatter, float(settings.shape_factor)
+        )
 
     def weighted(self, number: int, points: int) -> WeightedFragments:
         """So many fragments (a power of two) that stand for all by the expected intensity: no seed is in them.
@@ -181,9 +171,8 @@ class BreakUp:
 
         self._check_number()
         runs = self._runs([[number]] * len(self.segments), self._sources)
-        names, first = tuple(broken.name for broken in self.rounds), self.rounds[0]
-        axis = self._axis() if self._turned else None
-        return Casings(runs, self._images, axis, self._base(first), self._foot, names, self.settings)
+        names, axis = tuple(broken.name for broken in self.rounds), self._axis if self._turned else None
+        return Casings(runs, self._images, axis, self._base(self.rounds[0]), self._foot, names, self.settings)
 
     def _runs(
         self, curves: Sequence[Iterable[int]], sources: Sequence[PointSource], *, keep: bool = False
@@ -204,12 +193,13 @@ class BreakUp:
             runs.append(Runs.along(segment, law, self._sampler(segment), made, self.settings))
         return tuple(runs)
 
-    def _axis(self) -> NDArray[np.float64]:
+    @property
+    def _axis(self) -> Array:
         """Unit axis of the first round (3,)."""
         axis = np.asarray(self.rounds[0].axis)
         return axis / np.linalg.norm(axis)
 
-    def _base(self, broken: BrokenRound) -> NDArray[np.float64]:
+    def _base(self, broken: BrokenRound) -> Array:
         position = np.asarray(self.snapshot.rounds[broken.computed].position)
         return position if broken.image is None else broken.image.place(position)
 
@@ -217,27 +207,14 @@ class BreakUp:
         seed, number = _whole("seed", seed), _whole("realisation", number)
         return draw_attitude(seed, number, turned=self._turned, tilt=self.settings.tilt)
 
-    def _motion(self, number: int, attitude: Attitude) -> Isometry | None:
-        """How the fragments of round `number` of `rounds` are moved from where the casing has them."""
-        motion, tilting = self._upright_motion(number, attitude), attitude.tilting
-        return motion if tilting is None else tilting.about(self._foot).after(motion)
-
-    def _upright_motion(self, number: int, attitude: Attitude) -> Isometry | None:
-        """The same without the tilt."""
-        broken = self.rounds[number]
-        if attitude.turn is None:
-            return broken.image
-        return rotation(broken.axis, self.snapshot.rounds[broken.computed].position, attitude.turn)
-
-    @property
-    def number(self) -> float:
-        """Expected number of fragments by Mott's law."""
-        return float(sum(law.n0 for law in self.laws)) * (len(self._images) + 1)
-
-    @property
-    def axisymmetric(self) -> bool:
-        """Whether the casing is of rings."""
-        return isinstance(self._casing, RingCasing)
+    def _motions(self, attitude: Attitude) -> Iterator[tuple[Isometry | None, Isometry | None]]:
+        """How the fragments of each round are moved from where the casing has them: without the tilt, and with it."""
+        tilting = attitude.tilting
+        for broken in self.rounds:
+            upright: Isometry | None = broken.image
+            if attitude.turn is not None:
+                upright = rotation(broken.axis, self.snapshot.rounds[broken.computed].position, attitude.turn)
+            yield upright, upright if tilting is None else tilting.about(self._foot).after(upright)
 
     def _check_number(self) -> None:
         """Refuse a law that would make dust of the casings: it would fill the memory before it says so."""
@@ -249,7 +226,8 @@ class BreakUp:
                 f"at most {MOST_FRAGMENTS:.0e} are computed: check mean_mass, prefactor and fracture_energy"
             )
 
-    def _parts(self, seed: int, number: int) -> Iterator[_Part]:
+    def _parts(self, seed: int, number: int) -> Iterator[tuple[SegmentResult, Array, Array]]:
+        """Segments, with positions and velocities of their fragments where the casing has them."""
         self._check_number()
         seed, number = _whole("seed", seed), _whole("realisation", number)
         prepared = list(zip(self.segments, self.laws, self._sources, self._sheets, strict=True))
@@ -263,38 +241,36 @@ class BreakUp:
             points = source.draw(draws.generator("points"))
             along = sheet.order(points.reference, draws.uniform("curve", CURVE_DRAWS))
             clusters = place(mass, along, points.mass, draws)
+            if self.settings.velocity == "mean":
+                position, velocity = clusters.means(points)
+            else:
+                position, velocity = points.position[clusters.chosen], points.velocity[clusters.chosen]
             scatter = self.settings.direction_scatter
-            angles = scatter * draws.normal("scatter", clusters.mass.size, 2) if scatter > 0.0 else None
+            if scatter > 0.0:
+                velocity = scattered(mass, velocity, scatter * draws.normal("scatter", mass.size, 2))
             own = copy * len(self.snapshot.rounds) + segment.round
-            yield _Part(SegmentResult(own, segment, law, mass), points, clusters, angles)
+            yield SegmentResult(own, segment, law, mass, points, clusters), position, velocity
 
     def _sampler(self, segment: CasingSegment) -> Sampler:
         if self.settings.sampler == "graded" and not segment.is_end:
             return Graded(self.settings.graded_m0, self.settings.graded_dm)
         return Quantile()
 
-    def _placed(self, part: _Part) -> tuple[NDArray[np.float64], ...]:
-        """Masses (n,), positions and velocities (n, 3) of a segment's fragments, where the casing has them."""
-        points, clusters = part.points, part.clusters
-        if self.settings.velocity == "mean":
-            position, velocity = clusters.means(points)
-        else:
-            position, velocity = points.position[clusters.chosen], points.velocity[clusters.chosen]
-        if part.angles is not None:
-            velocity = scattered(clusters.mass, velocity, part.angles)
-        return clusters.mass, position, velocity
-
     def _fragments(
-        self, results: Sequence[SegmentResult], placed: Sequence[tuple[NDArray[np.float64], ...]], attitude: Attitude
+        self,
+        parts: Iterable[tuple[SegmentResult, Array, Array]],
+        motions: Sequence[tuple[Isometry | None, Isometry | None]],
     ) -> Fragments:
+        """Fragments of all segments, moved."""
         from flight.fragments import Fragments
 
-        mass, position, velocity = (np.concatenate(arrays) for arrays in zip(*placed, strict=True))
-        counts = [result.mass.size for result in results]
-        of_round = np.repeat([r.round for r in results], counts).astype(np.int32)
-        of_segment = np.repeat([r.segment.index for r in results], counts).astype(np.int32)
-        for number in range(len(self.rounds)):
-            motion = self._motion(number, attitude)
+        # The points of the segments are needed no more.
+        rows = [(one.round, one.segment.index, one.mass, *states) for one, *states in parts]
+        rounds, segments, *arrays = zip(*rows, strict=True)
+        mass, position, velocity = (np.concatenate(one) for one in arrays)
+        counts = [one.size for one in arrays[0]]
+        of_round, of_segment = (np.repeat(one, counts).astype(np.int32) for one in (rounds, segments))
+        for number, (_, motion) in enumerate(motions):
             if motion is not None:
                 mine = of_round == number
                 position[mine], velocity[mine] = motion.place(position[mine]), motion.vector(velocity[mine])
@@ -302,19 +278,13 @@ class BreakUp:
         names = tuple(broken.name for broken in self.rounds)
         return Fragments(mass, position, velocity, shape, of_round, of_segment, names)
 
-    def _casing_sums(self, number: int, attitude: Attitude) -> CasingSums:
-        """Of the casing of round `number` of `rounds`, as it is moved."""
-        computed, motion = self.rounds[number].computed, self._motion(number, attitude)
-        if computed not in self._sums:
-            self._sums[computed] = self._casing.sums(computed)
-        return self._sums[computed] if motion is None else self._sums[computed].moved(motion)
-
-    def _directions(self, number: int, fragments: Fragments, attitude: Attitude) -> Directions:
+    def _directions(
+        self, number: int, fragments: Fragments, attitude: Attitude, upright: Isometry | None
+    ) -> Directions:
         """Directions about the round's own axis, the tilt taken back."""
-        broken, motion = self.rounds[number], self._upright_motion(number, attitude)
-        shares = self._cell_shares.get(number)
+        broken, shares = self.rounds[number], self._cell_shares.get(number)
         if shares is None:
-            shares = self._casing.shares(broken.computed, broken.axis, motion)
+            shares = self._casing.shares(broken.computed, broken.axis, upright)
             if attitude.turn is None:
                 self._cell_shares[number] = shares
         mine, tilting = fragments.select(fragments.round == number), attitude.tilting

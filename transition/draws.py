@@ -24,19 +24,13 @@ _GOLDEN = 0.5 * (5.0**0.5 - 1.0)
 
 @dataclass(frozen=True)
 class Draws:
-    """The random numbers of one segment, or of its image, in one realisation.
-
-    Attributes
-    ----------
-    seed, realisation : int
-        Of the ensemble, and the number of the realisation therein.
-    segment : tuple of int
-        What the numbers are drawn for: round, segment and image; empty for a realisation as a whole.
-    """
+    """The random numbers of one segment, or of its image, in one realisation."""
 
     seed: int
     realisation: int = 0
+    """Of the ensemble, and the number of the realisation therein."""
     segment: tuple[int, ...] = ()
+    """What the numbers are drawn for: round, segment and image; empty for a realisation as a whole."""
 
     def generator(self, quantity: Quantity) -> np.random.Generator:
         """A generator of a quantity of its own, always at its beginning."""

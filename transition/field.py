@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fragfield_base.burst_snapshot import CASING, CHARGE, FUZE, SegmentRecord
-from transition.cells.interpolation import VTK_ORDER, modes
-from transition.cells.meridian import ring_volumes
+from transition.cells import VTK_ORDER, modes, ring_volumes
 from transition.errors import InputError
 from transition.law.segments import measured
 from transition.snapshot import RoundData, Snapshot
@@ -239,13 +238,17 @@ def _snapshot(
     casings: Sequence[CasingInMesh], time: float,
 ) -> Snapshot:  # fmt: skip
     """The snapshot, with one segment a round, measured on its cells."""
+    none = float("nan")  # until the segment is measured
     rounds = [
-        RoundData(one.name, one.length, one.density, one.explosive, one.explosive_density, one.detonation_velocity,
-                  one.position, one.axis, (_segment(one),), one.casing_yield)
+        RoundData(
+            one.name, one.length, one.density, one.explosive, one.explosive_density, one.detonation_velocity,
+            one.position, one.axis,
+            (SegmentRecord(one.name, "wall", 0.0, one.length, none, none, 0.0, none, none, none),), one.casing_yield,
+        )
         for one in casings
     ]  # fmt: skip
     density = np.array([[one.density, one.explosive_density, 0.0] for one in casings])[owner, part]
-    along = np.array([np.asarray(one.axis) / np.linalg.norm(one.axis) for one in casings])[owner]
+    along = np.array([one.along for one in rounds])[owner]
     base = np.array([one.position for one in casings])[owner]
     heights = np.einsum("cj,cj->c", nodes["reference"][cells].mean(axis=1) - base, along)
     station = np.array([one.length for one in casings])[owner] - heights
@@ -262,9 +265,3 @@ def _snapshot(
         for index, data in enumerate(rounds)
     ]
     return replace(made, rounds=tuple(whole))
-
-
-def _segment(casing: CasingInMesh) -> SegmentRecord:
-    """A place for the round's one segment, until it is measured."""
-    none = float("nan")
-    return SegmentRecord(casing.name, "wall", 0.0, casing.length, none, none, 0.0, none, none, none)

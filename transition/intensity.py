@@ -4,7 +4,7 @@ Mott's law of a segment holds all over it alike, up to the mass of the segment, 
 mass m are n(m) dm = M f(m) / m dm, with f the law's distribution of the mass. A fragment is a run of that mass along
 one of fixed curves over the segment, as it is of a drawn one (`transition.weighted.Runs`), and has the mean
 velocity and position of its metal. Directions are those before their random deviation, with the mean of the small shift
-by which deviations are kept from changing the momentum of a segment (`transition.placement.scatter`).
+by which deviations are kept from changing the momentum of a segment (`transition.motion.scattered`).
 """
 
 from __future__ import annotations
@@ -15,6 +15,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import NDArray
 
     from transition.weighted import Runs
@@ -52,9 +54,9 @@ class Intensity:
     along: Array
     base: Array
     """(3,) float64: its unit axis and the centre of its base plane (m), where the runs lie."""
-    axis: tuple[float, float, float]
+    axis: Sequence[float]
     """Unit vector from the base to the nose, in the attitude that is wanted."""
-    place: tuple[float, float, float]
+    place: Sequence[float]
     """Centre of its base plane (m) there, from which stations count."""
     scatter: float
     """Standard deviation of the directions about each of two axes (rad)."""

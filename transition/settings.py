@@ -13,7 +13,7 @@ from fragfield_base.inputs import EnergyPerArea, Mass, NumberOrWord, Quantity
 from fragfield_base.units import degrees
 from transition.errors import InputError
 from transition.law.fragment_counts import FragmentCounts
-from transition.law.mean_mass_data import FACTOR_SOURCE, FACTORS
+from transition.law.mean_mass import FACTOR_SOURCE, FACTORS
 
 Stations = tuple[float, ...]
 

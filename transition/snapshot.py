@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fragfield_base.arrays import group_of, numbers
+from fragfield_base.arrays import group_of, numbers, text_of
 from fragfield_base.burst_snapshot import (
     CASING,
     FORMAT,
@@ -22,13 +22,15 @@ from fragfield_base.burst_snapshot import (
     SegmentRecord,
 )
 from fragfield_base.hdf5_files import reading
-from transition.cells.meridian import HalfPlane, check_meridian, node_shares
+from transition.cells import HalfPlane, check_meridian, node_shares
 from transition.errors import InputError
-from transition.placement.mirroring import SymmetryPlane
+from transition.motion import SymmetryPlane
 
 if TYPE_CHECKING:
     import h5py
     from numpy.typing import NDArray
+
+    Array = NDArray[np.float64]
 
 
 _TOUCHING = 1e-6  # of the rounds' extent
@@ -51,6 +53,19 @@ class RoundData:
     axis: tuple[float, float, float]
     segments: tuple[SegmentRecord, ...]
     casing_yield: float | None = None
+
+    @property
+    def along(self) -> Array:
+        """Unit axis from the base to the nose (3,)."""
+        return np.asarray(self.axis) / np.linalg.norm(self.axis)
+
+
+ARRAYS = {
+    **{name: f"nodes/{name}" for name in NODE_ARRAYS}, "cells": "cells/nodes",
+    **{name: f"cells/{name}" for name in ("part", "round", "segment", "station", "mass")},
+}  # fmt: skip
+"""Arrays of a snapshot, and where its file has them."""
+_WHOLE = ("cells", "part", "round", "segment")
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,20 +110,23 @@ class Snapshot:
     source: str
     time: float
     provenance: dict[str, str]
-    reference: NDArray[np.float64]
-    position: NDArray[np.float64]
-    velocity: NDArray[np.float64]
+    reference: Array
+    position: Array
+    velocity: Array
     cells: NDArray[np.int64]
     part: NDArray[np.int64]
     round: NDArray[np.int64]
     segment: NDArray[np.int64]
-    station: NDArray[np.float64]
-    mass: NDArray[np.float64]
+    station: Array
+    mass: Array
     rounds: tuple[RoundData, ...]
     planes: tuple[SymmetryPlane, ...] = ()
     geometry: str = "3d"
 
     def __post_init__(self) -> None:
+        for name in ARRAYS:
+            kind = np.int64 if name in _WHOLE else np.float64
+            object.__setattr__(self, name, np.ascontiguousarray(getattr(self, name), dtype=kind))
         _check(self)
 
     @cached_property
@@ -128,11 +146,11 @@ class Snapshot:
         return HalfPlane.of(data.position, data.axis, self.reference, f"{self.source}: round {data.name!r}")
 
     @cached_property
-    def ring_shares(self) -> NDArray[np.float64]:
+    def ring_shares(self) -> Array:
         """Shares (c, 4) of each casing ring's mass at its nodes, as the axisymmetric burst lumps them."""
         return node_shares(self.half_plane.coordinates(self.reference[self.cells[self.casing]]))
 
-    def casing_means(self, values: NDArray[np.float64], cells: NDArray[np.int64]) -> NDArray[np.float64]:
+    def casing_means(self, values: Array, cells: NDArray[np.int64]) -> Array:
         """Means by mass (k, 3) of nodal vectors (n, 3) over casing cells, given as indices of `casing`.
 
         Of a ring it is the mean over its cross-section, which lies in the half plane.
@@ -155,38 +173,36 @@ class Snapshot:
         if not path.is_file():
             raise InputError(f"{path}: no such file; the burst stage writes burst_snapshot.h5")
         with reading(path, InputError) as file:
-            return _read(cls, file, str(path))
+            return _read(file, str(path))
 
 
-def _read(cls: type[Snapshot], file: h5py.Group, source: str) -> Snapshot:
-    attributes = {key: _text(value) for key, value in file.attrs.items()}
+_OF_FORMAT = ("format", "format_version", "time", "geometry")
+
+
+def _read(file: h5py.Group, source: str) -> Snapshot:
+    attributes = {key: text_of(value) for key, value in file.attrs.items()}
     if attributes.get("format") != FORMAT:
         raise InputError(f"{source}: attribute format is {attributes.get('format')!r}, needed {FORMAT!r}")
     if attributes.get("format_version") != str(FORMAT_VERSION):
         found = attributes.get("format_version")
         raise InputError(f"{source}: format_version is {found}, this program reads {FORMAT_VERSION}")
-    time = _number(file, "time", source)
-    rounds = group_of(file, "rounds")
+    time, rounds = _number(file, "time", source), group_of(file, "rounds")
     if rounds is None:
         raise InputError(f"{source}: rounds is missing, or no group")
-    indices = range(len(rounds))
-    return cls(
-        source=source,
-        time=time,
-        provenance={k: v for k, v in attributes.items() if k not in ("format", "format_version", "time", "geometry")},
-        reference=_reals(file, "nodes/reference", source),
-        position=_reals(file, "nodes/position", source),
-        velocity=_reals(file, "nodes/velocity", source),
-        cells=_wholes(file, "cells/nodes", source),
-        part=_wholes(file, "cells/part", source, (0, FUZE)),
-        round=_wholes(file, "cells/round", source),
-        segment=_wholes(file, "cells/segment", source),
-        station=_reals(file, "cells/station", source),
-        mass=_reals(file, "cells/mass", source),
-        rounds=tuple(_round(_child(file, f"rounds/{index}", source), f"{source}: rounds/{index}") for index in indices),
+    arrays = {}
+    for name, place in ARRAYS.items():
+        _child(file, place, source)
+        kind = "whole numbers" if name in _WHOLE else "numbers"
+        low, high = (0, FUZE) if name == "part" else (None, None)
+        arrays[name] = numbers(file, place, InputError, source, kind=kind, minimum=low, maximum=high)
+    names = [f"rounds/{index}" for index in range(len(rounds))]
+    return Snapshot(
+        source=source, time=time,
+        provenance={k: v for k, v in attributes.items() if k not in _OF_FORMAT},
+        rounds=tuple(_round(_child(file, name, source), f"{source}: {name}") for name in names),
         planes=tuple(_plane(group, f"{source}: planes/{key}") for key, group in file.get("planes", {}).items()),
-        geometry=attributes.get("geometry", "3d"),
-    )
+        geometry=attributes.get("geometry", "3d"), **arrays,
+    )  # fmt: skip
 
 
 def _round(group: h5py.Group, where: str) -> RoundData:
@@ -196,22 +212,19 @@ def _round(group: h5py.Group, where: str) -> RoundData:
         raise InputError(f"{where}/segments: no column {', '.join(missing)}")
     segments = []
     for row in table:
-        name, kind = _text(row["name"]), _text(row["kind"])
+        name, kind = text_of(row["name"]), text_of(row["kind"])
         if kind not in SEGMENT_KINDS:
             raise InputError(f"{where}/segments: kind is {kind!r}; allowed: {', '.join(SEGMENT_KINDS)}")
         segments.append(SegmentRecord(name, kind, *(float(row[column]) for column in SEGMENT_COLUMNS[2:])))
-    numbers = {
-        key: _number(group, key, where)
-        for key in ("length", "casing_density", "explosive_density", "detonation_velocity")
-    }
+    values = ("length", "casing_density", "explosive_density", "detonation_velocity")
     return RoundData(
-        name=_text(_attribute(group, "name", where).item()),
-        explosive=_text(_attribute(group, "explosive", where).item()),
+        name=text_of(_attribute(group, "name", where).item()),
+        explosive=text_of(_attribute(group, "explosive", where).item()),
         position=_vector(group, "position", where),
         axis=_vector(group, "axis", where),
+        **{key: _number(group, key, where) for key in values},
         segments=tuple(segments),
         casing_yield=_number(group, "casing_yield", where) if "casing_yield" in group.attrs else None,
-        **numbers,
     )
 
 
@@ -220,31 +233,26 @@ def _plane(group: h5py.Group, where: str) -> SymmetryPlane:
     length = float(np.linalg.norm(normal))
     if not length > 0.0:
         raise InputError(f"{where}: attribute normal is {normal.tolist()}; it has no direction")
-    x, y, z = (float(value) for value in normal / length)
-    return SymmetryPlane(_text(_attribute(group, "name", where).item()), _vector(group, "point", where), (x, y, z))
+    x, y, z = (normal / length).tolist()
+    return SymmetryPlane(text_of(_attribute(group, "name", where).item()), _vector(group, "point", where), (x, y, z))
 
 
 def _vector(group: h5py.Group, key: str, where: str) -> tuple[float, float, float]:
-    values = np.asarray(_attribute(group, key, where), dtype=np.float64).ravel()
-    if values.size != 3 or not np.isfinite(values).all():
-        raise InputError(f"{where}: attribute {key} is {values.tolist()}; three finite numbers are needed")
-    return float(values[0]), float(values[1]), float(values[2])
+    values = np.asarray(_attribute(group, key, where), dtype=np.float64).ravel().tolist()
+    if len(values) != 3 or not np.isfinite(values).all():
+        raise InputError(f"{where}: attribute {key} is {values}; three finite numbers are needed")
+    return values[0], values[1], values[2]
 
 
 def _number(group: h5py.Group, key: str, where: str) -> float:
+    value = _attribute(group, key, where)
     try:
-        return float(_attribute(group, key, where).item())
-    except (TypeError, ValueError) as error:
-        if isinstance(error, InputError):
-            raise
+        return float(value.item())
+    except (TypeError, ValueError):
         raise InputError(f"{where}: attribute {key} is {group.attrs[key]!r}; a number is needed") from None
 
 
-def _text(value: object) -> str:
-    return value.decode() if isinstance(value, bytes) else str(value)
-
-
-def _attribute(group: h5py.Group, key: str, where: str) -> NDArray[np.generic]:
+def _attribute(group: h5py.Group, key: str, where: str) -> NDArray[Any]:
     if key not in group.attrs:
         raise InputError(f"{where}: attribute {key} is missing")
     return np.asarray(group.attrs[key])
@@ -256,30 +264,14 @@ def _child(group: h5py.Group, path: str, where: str) -> h5py.Group:
     return group[path]
 
 
-def _reals(file: h5py.Group, path: str, where: str) -> NDArray[np.float64]:
-    _child(file, path, where)
-    return np.ascontiguousarray(numbers(file, path, InputError, where), dtype=np.float64)
-
-
-def _wholes(
-    file: h5py.Group, path: str, where: str, span: tuple[float | None, float | None] = (None, None)
-) -> NDArray[np.int64]:
-    _child(file, path, where)
-    kind = "whole numbers"
-    found = numbers(file, path, InputError, where, kind=kind, minimum=span[0], maximum=span[1])
-    return np.ascontiguousarray(found, dtype=np.int64)
-
-
 def _check(snapshot: Snapshot) -> None:
     where = snapshot.source
     nodes, cells = len(snapshot.reference), len(snapshot.cells)
     if snapshot.geometry not in GEOMETRIES:
         raise InputError(f"{where}: geometry is {snapshot.geometry!r}; allowed: {', '.join(GEOMETRIES)}")
-    shapes: dict[str, tuple[int, ...]] = dict.fromkeys(NODE_ARRAYS, (nodes, 3))
-    shapes |= {"cells": (cells, GEOMETRIES[snapshot.geometry])} | dict.fromkeys(
-        ("part", "round", "segment", "station", "mass"), (cells,)
-    )
-    for name, shape in shapes.items():
+    for name in ARRAYS:
+        shape: tuple[int, ...] = (nodes, 3) if name in NODE_ARRAYS else (cells,)
+        shape = (cells, GEOMETRIES[snapshot.geometry]) if name == "cells" else shape
         array = getattr(snapshot, name)
         if array.shape != shape:
             raise InputError(f"{where}: {name} has shape {array.shape}, needed {shape}")
@@ -295,9 +287,9 @@ def _check(snapshot: Snapshot) -> None:
     if not (snapshot.mass[casing] > 0.0).all():
         first = int(np.flatnonzero(casing & ~(snapshot.mass > 0.0))[0])
         raise InputError(f"{where}: casing cell {first} has the mass {snapshot.mass[first]:g} kg; above zero is needed")
-    numbers = np.array([len(data.segments) for data in snapshot.rounds])
+    listed = np.array([len(data.segments) for data in snapshot.rounds])
     segment, of_round = snapshot.segment[casing], snapshot.round[casing]
-    if (segment < 0).any() or (segment >= numbers[of_round]).any():
+    if (segment < 0).any() or (segment >= listed[of_round]).any():
         raise InputError(f"{where}: casing cells name segments that /rounds/<i>/segments does not list")
     if snapshot.is_axisymmetric:
         if len(snapshot.rounds) != 1:

@@ -1,7 +1,7 @@
 """Weighted fragments: points of the intensity of the fragments of any casings, as many as are asked for.
 
 A fragment of the mass m is a run of that mass along the space-filling curve of its segment
-(`transition.placement.placing`), so its mean position and velocity are differences of sums along the curve. It is
+(`transition.placing`), so its mean position and velocity are differences of sums along the curve. It is
 addressed by a point of the unit cube: segment and quantile of the mass by Mott's law; place of the run on the curve;
 azimuth, where the round is of revolution; two coordinates of its direction after the scatter; two of the tilt; and the
 slopes of the ground that it meets first.
@@ -22,8 +22,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from scipy.special import ndtri
 
-from transition.law.samplers import masses_at
-from transition.placement.scatter import STIFFEST, mean_cosine
+from transition.law.mott import masses_at
+from transition.motion import STIFFEST, mean_cosine
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -31,11 +31,10 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from flight.fragments import Fragments
-    from transition.cells.points import MaterialPoints
-    from transition.law.samplers import Sampler
-    from transition.law.segment_law import SegmentLaw
-    from transition.law.segments import CasingSegment
-    from transition.placement.isometry import Isometry
+    from transition.law.mott import Sampler
+    from transition.law.segments import CasingSegment, SegmentLaw
+    from transition.motion import Isometry
+    from transition.points import MaterialPoints
     from transition.settings import BreakUpSettings
 
     Array = NDArray[np.float64]
@@ -293,7 +292,7 @@ def spread_out(
 
 
 def _shift(mass: Array, velocity: Array, scatter: float) -> Array:
-    """The mean of the shift by which `transition.placement.scatter.scattered` keeps a segment's momentum (3,)."""
+    """The mean of the shift by which `transition.motion.scattered` keeps a segment's momentum (3,)."""
     speed = np.linalg.norm(velocity, axis=1)
     weight = mass * speed
     total, before = float(weight.sum()), mass @ velocity

@@ -35,6 +35,8 @@ from flight.scene.ricochet import Ricochet
 from fragfield_base.cores import cores
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import NDArray
 
     from flight.hazard.criteria import Criteria
@@ -63,38 +65,16 @@ _TABLE = 720  # steps of polar angles over half a turn
 _FARTHEST = 6.0  # standard deviations of a facet's slope
 
 
-class RingFragments(Protocol):
-    """Points of the intensity of one round of revolution (n,): rings of its casing with their fragments. SI units.
-
-    `number` is that of fragments for which each point stands: its mean over points of the unit cube is the number of
-    all. `radius` and `station` are the distance from the axis, and along it from the source's `place`; `radial` and
-    `axial` the components of the velocity, before its direction scatters.
-    """
-
-    @property
-    def number(self) -> Array: ...  # noqa: D102
-    @property
-    def mass(self) -> Array: ...  # noqa: D102
-    @property
-    def radius(self) -> Array: ...  # noqa: D102
-    @property
-    def station(self) -> Array: ...  # noqa: D102
-    @property
-    def radial(self) -> Array: ...  # noqa: D102
-    @property
-    def axial(self) -> Array: ...  # noqa: D102
-
-
 class Source(Protocol):
     """The intensity of the fragments of one round of revolution."""
 
     @property
-    def axis(self) -> tuple[float, float, float]:
+    def axis(self) -> Sequence[float]:
         """Unit vector."""
         ...
 
     @property
-    def place(self) -> tuple[float, float, float]:
+    def place(self) -> Sequence[float]:
         """Point on the axis from which stations count (m)."""
         ...
 
@@ -108,8 +88,16 @@ class Source(Protocol):
         """K of the presented areas (kg/m3)."""
         ...
 
-    def at(self, points: Array) -> RingFragments:
-        """Rings and masses at points (n, 3) of the unit cube, whose measure is the intensity."""
+    def at(self, points: Array) -> tuple[Array, Array, Array, Array, Array, Array]:
+        """Rings of its casing with their fragments, at points (n, 3) of the unit cube, whose measure is the intensity.
+
+        Returns
+        -------
+        number, mass, radius, station, radial, axial : (n,) float64
+            Fragments for which each point stands: the mean over points of the unit cube is the number of all; their
+            mass (kg); distance from the axis, and along it from `place` (m); components of the velocity (m/s), before
+            its direction scatters.
+        """
         ...
 
 
@@ -294,19 +282,19 @@ def _launches(source: Source, directions: Directions, rule: tuple[Array, Array, 
     from flight.kernels import weighted
 
     points, elevation, weight, _ = rule
-    rings = source.at(points)
-    speed = np.hypot(rings.radial, rings.axial)
-    polar = np.arctan2(np.abs(rings.radial), rings.axial)
+    number, mass, radius, station, radial, axial = source.at(points)
+    speed = np.hypot(radial, axial)
+    polar = np.arctan2(np.abs(radial), axial)
     up = source.axis[2]
     launches = np.zeros((len(points), weighted.LAUNCH_COLUMNS))
-    launches[:, 0] = rings.mass
-    launches[:, 1] = 0.5 * (rings.mass / source.shape_factor) ** (2.0 / 3.0) / rings.mass
-    number = rings.number * weight
+    launches[:, 0] = mass
+    launches[:, 1] = 0.5 * (mass / source.shape_factor) ** (2.0 / 3.0) / mass
+    number = number * weight
     # How high a fragment starts that flies at this elevation without scatter.
     with np.errstate(divide="ignore", invalid="ignore"):
-        upward = np.where(rings.radial != 0.0, (np.sin(elevation) - np.cos(polar) * up) / np.sin(polar), 0.0)
+        upward = np.where(radial != 0.0, (np.sin(elevation) - np.cos(polar) * up) / np.sin(polar), 0.0)
     steepest = math.sqrt(max(1.0 - up * up, 0.0))
-    height = source.place[2] + rings.station * up + rings.radius * np.clip(upward, -steepest, steepest)
+    height = source.place[2] + station * up + radius * np.clip(upward, -steepest, steepest)
     launches[:, 3] = np.maximum(height - ground, 1e-9)
     launches[:, 4], launches[:, 5] = np.maximum(speed, 1e-6), elevation
     if directions.axisymmetric:
@@ -316,10 +304,10 @@ def _launches(source: Source, directions: Directions, rule: tuple[Array, Array, 
             np.arccos(np.cos(polar) * np.sign(up)), 0.5 * math.pi - elevation, source.scatter, 0.5 * (1.0 + nodes),
             0.5 * weights, density,
         )  # fmt: skip
-        launches[:, 2] = rings.radius * np.sign(rings.radial)
+        launches[:, 2] = radius * np.sign(radial)
         number = number * density * 2.0 * math.pi * np.cos(elevation)
     launches[:, 6], launches[:, 7] = number, polar
-    launches[:, 8], launches[:, 9] = rings.station, rings.radius
+    launches[:, 8], launches[:, 9] = station, radius
     return launches
 
 

@@ -50,7 +50,7 @@ class Contact:
     `distance` from its launch or below the ground, and when no fragment is left the rest is normal flight.
 
     Between which fragments: by default all. Fragments of one casing part where they break, and how that deflects them
-    is what a scatter of their directions stands for (`transition.placement.scatter`); together with that only fragments
+    is what a scatter of their directions stands for (`transition.motion`); together with that only fragments
     of different rounds should meet.
 
     Pairs that overlap at launch, as pieces of one casing do when they are drawn as spheres, are separated before they

@@ -11,6 +11,7 @@ from burst_fenicsx.axisymmetric.applicability import why_not_axisymmetric
 from burst_fenicsx.problem import BurstSettings, Geometry, Mirror, RigidPlane
 from flight.fluence import PolarGrid
 from flight.hazard.criteria import Criteria
+from flight.hazard.density.directions import Directions
 from flight.shape import Box, Lognormal, Shape
 from fragfield.case.conversion.rounds import burst_rounds
 from fragfield.case.conversion.surroundings import surroundings
@@ -148,6 +149,13 @@ def hazard_directions(case: CaseTable, *, elsewhere: bool = False) -> tuple[str,
         return "worst_direction", ()
     basis = hazard_basis(case)
     return basis, mirror_planes(case) if basis == "worst_direction" else ()
+
+
+def density_directions(case: CaseTable, basis: str, mirrors: tuple[float, ...] = ()) -> Directions:
+    """Directions of densities on a basis, folded at the mirror planes (degrees) that map cells on cells."""
+    grid = hazard_grid(case)
+    used = tuple(one for one in mirrors if grid.maps(one)) if basis == "worst_direction" else ()
+    return Directions(grid, basis, kernel_degrees(case), used)
 
 
 def kernel_degrees(case: CaseTable) -> float:

@@ -21,8 +21,7 @@ from fragfield.case.tables.flight import CylinderTable
 from fragfield.hazard.contents import arrangement_warnings, with_images
 from fragfield.results.check import CheckedRound, ExpectedCost, Graded
 from fragfield_base.substances import graded, substance, substance_names
-from transition.law.mean_mass import gurney_speed
-from transition.law.mean_mass_data import outside_data
+from transition.law.mean_mass import gurney_speed, outside_data
 
 
 def graded_name(one: CasingMaterial | Explosive) -> Graded:

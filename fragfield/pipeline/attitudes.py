@@ -137,8 +137,8 @@ class _Envelope:
         """What the exposed sites meet, each in its worst attitude of those flown."""
         entries = []
         for key, one in sorted(self.flown.items()):
-            ended = not one.found.pool.completeness.reason
-            entries.append((key, one.found.exposed.assess(hazard, determined=ended)))
+            ended = not one.pool.completeness.reason
+            entries.append((key, one.exposed.assess(hazard, determined=ended)))
         return worst_of_attitudes(entries) if self.job.case.exposed else ()
 
     def _fly(self, key: Key, number: int) -> None:
@@ -149,7 +149,7 @@ class _Envelope:
         one = self.flown[key]
         self.all.expected = max(self.all.expected, sum(each.done for each in self.flown.values()) + number - one.done)
         one.fly(number)
-        expected = one.found.pool.expected()
+        expected = one.pool.expected()
         self.rows[key] = FlownAttitude.read(
             {
                 "inclination_deg": key[0],
@@ -167,8 +167,8 @@ class _Envelope:
         """The attitude with the largest bound; one whose distance is not determined before all others."""
 
         def reach(key: Key) -> float:
-            row, found = self.rows[key], self.flown[key].found
-            if found.pool.completeness.reason:
+            row = self.rows[key]
+            if self.flown[key].pool.completeness.reason:
                 return np.inf
             return row.expected or 0.0 if row.upper is None else row.upper
 
@@ -178,7 +178,7 @@ class _Envelope:
         """The attitude to fly next and how many realisations to have of it; None once the worst is known."""
         worst = self._worst
         one = self.flown[worst]
-        wanted = one.found.wanted(one.done, more=self.source.more)
+        wanted = one.wanted()
         if wanted > one.done:
             return worst, wanted
         return next(((key, self.source.count) for key in self._beside(worst) if key not in self.flown), None)

@@ -43,16 +43,12 @@ def burst_beside(case: CaseTable, team: Team) -> tuple[results.Burst, Snapshot]:
 def _snapshot(end: EndState) -> Snapshot:
     """The end of a burst as the break-up reads it from a file."""
     from transition import RoundData, Snapshot
-    from transition.placement.mirroring import SymmetryPlane
+    from transition.motion import SymmetryPlane
+    from transition.snapshot import ARRAYS
 
     names = [one.name for one in fields(RoundData)]
     normals = [np.asarray(plane.normal) / np.linalg.norm(plane.normal) for plane in end.planes]
-    given = {**end.nodes, **end.cells, "cells": end.cells["nodes"]}
-    kinds = dict.fromkeys(("cells", "part", "round", "segment"), np.int64)
-    reals = ("reference", "position", "velocity", "station", "mass")
-    arrays: dict[str, Any] = {
-        name: np.ascontiguousarray(given[name], kinds.get(name, np.float64)) for name in (*reals, *kinds)
-    }
+    arrays: dict[str, Any] = {**end.cells, **end.nodes, "cells": end.cells["nodes"]}
     return Snapshot(
         source="the burst",
         time=end.time,
@@ -63,7 +59,7 @@ def _snapshot(end: EndState) -> Snapshot:
             for plane, normal in zip(end.planes, normals, strict=True)
         ),
         geometry=end.geometry,
-        **arrays,
+        **{name: arrays[name] for name in ARRAYS},
     )
 
 

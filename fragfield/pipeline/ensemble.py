@@ -58,20 +58,38 @@ class EnsembleFlight:
         The expected density in this attitude; None where the realisations give it.
     done : int
         Realisations flown.
-    found : _Found
+    pool : PooledFlights
         What they gave.
+    exposed : ExposedSums
+        What the exposed sites met.
     """
 
     def __init__(
         self, job: Job, source: Realisations, flights: Flights, attitude: Turned | None = None,
         integral: Integral | None = None,
     ) -> None:  # fmt: skip
-        self.job, self.source, self.flights, self.attitude = job, source, flights, attitude
+        from flight.hazard.pool import PooledFlights
+        from fragfield.case.conversion.exposed_sites import exposed_sites_of
+        from fragfield.case.problem import density_directions, hazard_criteria, hazard_directions
+        from fragfield.hazard.exposed import ExposedSums
+        from fragfield.pipeline.arena import arena_basis
+
+        self.source, self.flights, self.attitude, self.integral = source, flights, attitude, integral
         placed = {} if attitude is None else {"round": attitude.case.round, "plane": attitude.case.plane}
-        own = replace(job, case=job.case.model_copy(update=placed))
-        self.found = _Found(own, source, turned=attitude is not None, integral=integral)
+        case = self.case = job.case.model_copy(update=placed)
+        if source.arena is not None:
+            basis = arena_basis(case)
+        else:
+            basis = hazard_directions(case, elsewhere=job.options.fragments is not None)
+        directions = density_directions(case, *basis)
+        self.pool = PooledFlights(directions, hazard_criteria(case), ricochet=case.flight.ground.ricochet != "none")
+        self.exposed = ExposedSums(
+            case, exposed_sites_of(case), directions.grid, directions.kernel, turned=attitude is not None,
+            alike=directions.axisymmetric,
+        )  # fmt: skip
         self.done = 0
         self.first: FlightResult | None = None
+        self._tables: list[dict[str, NDArray[Any]]] = []
 
     def fly(self, number: int) -> None:
         """Fly further realisations, up to this number."""
@@ -83,7 +101,12 @@ class EnsembleFlight:
             if batch.start == 0:
                 self.first = self.flights.first
             self.done = batch.stop
-            self.found.add(parts)
+            for part in parts:  # in the order of their numbers, so that no sum depends on threads
+                self.pool.add(part.counts)
+                if self.exposed.sites:
+                    self.exposed.add(part.exposed, part.exposed_short)
+                if part.tables is not None:
+                    self._tables.append(part.tables)
 
     def _fragments(self, number: int) -> Fragments:
         fragments = self.source[number]
@@ -95,52 +118,12 @@ class EnsembleFlight:
         while self.done < target:
             self.flights.expected = target
             self.fly(target)
-            target = self.found.wanted(target, more=self.source.more)
+            target = self.wanted()
 
-    def result(self) -> FlownEnsemble:
-        """The whole, once all have been flown."""
-        return self.found.result(self.first, self.source)
-
-
-class _Found:
-    """What the realisations flown so far gave."""
-
-    def __init__(self, job: Job, source: Realisations, *, turned: bool, integral: Integral | None) -> None:
-        from flight.hazard.density.directions import Directions
-        from flight.hazard.pool import PooledFlights
-        from fragfield.case.conversion.exposed_sites import exposed_sites_of
-        from fragfield.case.problem import hazard_criteria, hazard_directions, hazard_grid, kernel_degrees
-        from fragfield.hazard.exposed import ExposedSums
-        from fragfield.pipeline.arena import arena_basis
-
-        self.case, self.integral = job.case, integral
-        if source.arena is not None:
-            basis, mirrors = arena_basis(job.case)
-        else:
-            basis, mirrors = hazard_directions(job.case, elsewhere=job.options.fragments is not None)
-        grid, kernel = hazard_grid(job.case), kernel_degrees(job.case)
-        used = tuple(one for one in mirrors if grid.maps(one)) if basis == "worst_direction" else ()
-        directions = Directions(grid, basis, kernel, used)
-        ricochet = job.case.flight.ground.ricochet != "none"
-        self.pool = PooledFlights(directions, hazard_criteria(job.case), ricochet=ricochet)
-        self.tables: list[dict[str, NDArray[Any]]] = []
-        sites = exposed_sites_of(job.case)
-        alike = basis == "all_azimuths"
-        self.exposed = ExposedSums(job.case, sites, grid, kernel, turned=turned, alike=alike)
-
-    def add(self, parts: Sequence[_Part]) -> None:
-        """Add realisations in the order of their numbers, so that no sum depends on threads."""
-        for part in parts:
-            self.pool.add(part.counts)
-            if self.exposed.sites:
-                self.exposed.add(part.exposed, part.exposed_short)
-            if part.tables is not None:
-                self.tables.append(part.tables)
-
-    def wanted(self, done: int, *, more: bool) -> int:
+    def wanted(self) -> int:
         """How many realisations to have, as many as there are where they are enough."""
-        most, tolerance = self.case.hazard.max_realisations, self.case.hazard.tolerance
-        if not more or done >= most or self.pool.completeness.reason:
+        done, most, tolerance = self.done, self.case.hazard.max_realisations, self.case.hazard.tolerance
+        if not self.source.more or done >= most or self.pool.completeness.reason:
             return done
         if self.integral is not None and not self.exposed.sites:
             return done
@@ -150,18 +133,18 @@ class _Found:
         needed = math.ceil(1.1 * done * (error / tolerance) ** 2) if math.isfinite(error) else most
         return min(max(needed, done + _FEWEST_MORE), max(2 * done, done + _AT_ONCE), most)
 
-    def result(self, first: FlightResult | None, source: Realisations) -> FlownEnsemble:
+    def result(self) -> FlownEnsemble:
         """The whole, once all have been flown."""
         from fragfield.hazard.verdict import beyond_map_words
 
-        assert first is not None
-        witnesses = {name: np.stack([table[name] for table in self.tables]) for name in self.tables[0]}
+        assert self.first is not None
+        witnesses = {name: np.stack([table[name] for table in self._tables]) for name in self._tables[0]}
         unended = self.pool.completeness.reason
         found = self.pool.hazard(self.case.hazard.tolerance, integral=self.integral)
         found = replace(found, undetermined=unended or beyond_map_words(self.case, found.expected))
         exposed = self.exposed.assess(found, determined=not unended) if self.exposed.sites else []
         return FlownEnsemble(
-            first, found, witnesses, self.pool.completeness, source.more, exposed, self.pool.realisations
+            self.first, found, witnesses, self.pool.completeness, self.source.more, exposed, self.pool.realisations
         )
 
 

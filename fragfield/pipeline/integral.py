@@ -86,28 +86,18 @@ class Integrand:
 
         `finely`: with the points that the distance in a worst direction needs.
         """
-        from flight.hazard.density.directions import Directions
-        from fragfield.case.problem import (
-            flight_arguments,
-            hazard_criteria,
-            hazard_directions,
-            hazard_grid,
-            kernel_degrees,
-        )
+        from fragfield.case.problem import density_directions, flight_arguments, hazard_criteria, hazard_directions
 
         case, intensity = self.case, self.intensity
         if attitude is not None:
             case, intensity = attitude.case, _turned(intensity, attitude)
-        basis, mirrors = hazard_directions(case)
-        grid = hazard_grid(case)
-        used = tuple(one for one in mirrors if grid.maps(one)) if basis == "worst_direction" else ()
-        arguments = flight_arguments(case)
+        directions, arguments = density_directions(case, *hazard_directions(case)), flight_arguments(case)
         names = ("air", "drag", "gravity", "ground", "ricochet", "origin")
         return integrate(
-            intensity, Directions(grid, basis, kernel_degrees(case), used), hazard_criteria(case),
+            intensity, directions, hazard_criteria(case),
             **{name: arguments[name] for name in names}, threads=self.threads, distance_alone=self.sample,
             points=(SAMPLE_POINTS if self.sample else POINTS)
-            * (1 if basis == "all_azimuths" or not finely else DIRECTED),
+            * (1 if directions.axisymmetric or not finely else DIRECTED),
         )  # fmt: skip
 
     def solve(self, attitude: Turned | None = None) -> Solved:
@@ -197,6 +187,5 @@ class Solved:
 
 
 def _turned(intensity: Intensity, attitude: Turned) -> Intensity:
-    axis = attitude.matrix @ intensity.axis
-    place = attitude.matrix @ intensity.place + attitude.shift
-    return replace(intensity, axis=tuple(axis.tolist()), place=tuple(place.tolist()))
+    axis, place = attitude.matrix @ intensity.axis, attitude.matrix @ intensity.place + attitude.shift
+    return replace(intensity, axis=axis.tolist(), place=place.tolist())

@@ -24,7 +24,7 @@ from fragfield.case.conversion.rounds import placed
 from fragfield.case.conversion.turned import Arrangement
 from fragfield.pipeline.flown import above_ground
 from fragfield.pipeline.integral import Solved, worst_attitudes
-from transition.placement.isometry import Isometry
+from transition.motion import Isometry
 from transition.weighted import WeightedFragments, unit_points
 
 if TYPE_CHECKING:
@@ -119,14 +119,10 @@ class WeightedFlights:
         return replace(own._solved(parts), attitude=attitude)
 
     def _solved(self, parts: Sequence[WeightedCounts]) -> Solved:
-        from flight.hazard.density.directions import Directions
         from flight.hazard.pool import Completeness
-        from fragfield.case.problem import hazard_criteria, hazard_directions, hazard_grid, kernel_degrees
+        from fragfield.case.problem import density_directions, hazard_criteria, hazard_directions
 
-        basis, mirrors = hazard_directions(self.case)
-        grid = hazard_grid(self.case)
-        used = tuple(one for one in mirrors if grid.maps(one)) if basis == "worst_direction" else ()
-        directions = Directions(grid, basis, kernel_degrees(self.case), used)
+        directions = density_directions(self.case, *hazard_directions(self.case))
         completeness = sum((part.completeness for part in parts), Completeness())
         return Solved(expected_of(parts, directions, hazard_criteria(self.case)), None, completeness=completeness)
 

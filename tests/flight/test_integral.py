@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -45,10 +44,8 @@ class Spray:
     def at(self, points):
         """As `flight.hazard.integral.Source`."""
         one = np.ones(len(points))
-        return SimpleNamespace(
-            number=self.number * one, mass=self.masses(points[:, 0]), radius=self.radius * one, station=0.0 * one,
-            radial=self.speed * math.sin(self.polar) * one, axial=self.speed * math.cos(self.polar) * one,
-        )  # fmt: skip
+        radial, axial = self.speed * math.sin(self.polar) * one, self.speed * math.cos(self.polar) * one
+        return self.number * one, self.masses(points[:, 0]), self.radius * one, 0.0 * one, radial, axial
 
     def drawn(self, generator):
         """One realisation: directions deviate by two normal angles across them."""

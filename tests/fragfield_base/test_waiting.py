@@ -94,7 +94,7 @@ def test_without_a_count_of_running_threads_it_is_the_load(idle):
     [
         ("fragfield", "None"),
         ("flight.kernels.compiling", "passive"),
-        ("transition.kernels.compiling", "passive"),
+        ("transition.kernels", "passive"),
         ("burst_fenicsx.kernels.lanes", "passive"),
     ],
 )

@@ -10,7 +10,7 @@ import numpy as np
 
 from fragfield_base.burst_snapshot import FORMAT, FORMAT_VERSION
 from tests.transition.synthetic import STEEL, TNT, CasedTube
-from transition.cells.meridian import ring_volumes
+from transition.cells import ring_volumes
 
 if TYPE_CHECKING:
     from collections.abc import Callable

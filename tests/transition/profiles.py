@@ -12,7 +12,7 @@ from burst_fenicsx.meshing.sizing import FEWEST_WALL_CELLS, layer_stations
 from burst_fenicsx.problem import Part
 from fragfield_base.burst_snapshot import SegmentRecord
 from tests.transition.synthetic import STEEL, TNT
-from transition.cells.meridian import ring_volumes
+from transition.cells import ring_volumes
 from transition.snapshot import RoundData, Snapshot
 
 if TYPE_CHECKING:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from typing import TYPE_CHECKING
 
 import h5py
@@ -10,6 +10,8 @@ import numpy as np
 
 from fragfield_base.burst_snapshot import FORMAT, FORMAT_VERSION, SEGMENTS
 from fragfield_base.hdf5_files import _seal_of
+from transition.placing import Clusters
+from transition.points import MaterialPoints
 from transition.snapshot import Snapshot
 
 if TYPE_CHECKING:
@@ -178,3 +180,16 @@ def polar_difference(found):
 def azimuth_difference(found):
     """Largest difference of them in any sector of the horizon (Kuiper's statistic)."""
     return float(np.ptp(np.cumsum(found.azimuth_fragments - found.azimuth_cells)))
+
+
+def joined(result):
+    """Material points and clusters of all segments of a realisation, one after the other."""
+    points, clusters = ([getattr(one, name) for one in result.segments] for name in ("points", "clusters"))
+    first = np.cumsum([0, *(len(one) for one in points[:-1])])
+    heaviest = np.cumsum([0, *(one.mass.size for one in clusters[:-1])])
+    whole = {f.name: np.concatenate([getattr(one, f.name) for one in clusters]) for f in fields(Clusters)}
+    whole["fragment"] += np.repeat(heaviest, [one.fragment.size for one in clusters])
+    for name in ("point", "chosen"):
+        whole[name] += np.repeat(first, [getattr(one, name).size for one in clusters])
+    values = (np.concatenate([getattr(one, f.name) for one in points]) for f in fields(MaterialPoints))
+    return MaterialPoints(*values), Clusters(**whole)

@@ -12,10 +12,10 @@ from burst_fenicsx.geometry import load_profile
 from burst_fenicsx.meshing.placement import frame
 from tests.transition.meridian import Meridian
 from tests.transition.profiles import hexahedral_snapshot, meridian_snapshot
-from tests.transition.synthetic import Tube, fill, sealed
+from tests.transition.synthetic import Tube, fill, joined, sealed
 from transition import BreakUp, BreakUpSettings, InputError, Snapshot, break_up
 from transition.law.segments import casing_segments
-from transition.placement.mirroring import SymmetryPlane
+from transition.motion import SymmetryPlane
 
 SMALL = Meridian(radial_cells=1, axial=10)
 AXIS = (0.6, -0.3, 0.5)
@@ -108,7 +108,7 @@ def test_ledger_closes_for_a_tilted_round(tmp_path, velocity):
     ledger = result.ledger
     nodal = np.zeros(len(snapshot.reference))
     np.add.at(nodal, snapshot.cells[snapshot.casing], snapshot.mass[snapshot.casing][:, None] * snapshot.ring_shares)
-    axis = snapshot.half_plane.axis
+    axis = snapshot.half_plane.frame[2]
     np.testing.assert_allclose(ledger.casing_momentum, (nodal @ snapshot.velocity @ axis) * axis, rtol=1e-12)
     assert ledger.casing_energy == pytest.approx(0.5 * nodal @ (snapshot.velocity**2).sum(axis=1), rel=1e-12)
     assert abs(ledger.mass_error) < 1e-12
@@ -173,7 +173,7 @@ def rows(prepared, count):
     found = []
     for number in range(count):
         result = prepared.realisation(7, number)
-        fragments, points = result.fragments, result.points
+        fragments, (points, _) = result.fragments, joined(result)
         speed = np.linalg.norm(fragments.velocity, axis=1)
         of_points = points.mass @ np.linalg.norm(points.velocity, axis=1) / points.mass.sum()
         polar = np.degrees(np.arccos(fragments.velocity[:, 2] / speed))

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from tests.transition.synthetic import Tube, azimuth_difference, polar_difference, radial
+from tests.transition.synthetic import Tube, azimuth_difference, joined, polar_difference, radial
 from transition import BreakUp, BreakUpSettings, InputError, break_up
-from transition.cells.points import POINTS_PER_FRAGMENT
-from transition.placement.isometry import draw_attitude
+from transition.motion import draw_attitude
+from transition.points import POINTS_PER_FRAGMENT
 
 ALONG_THE_FIELD = BreakUpSettings(direction_scatter=0.0)
 
@@ -38,9 +38,9 @@ def test_mass_and_momentum_are_those_of_the_lumped_casing(pair):
 def one_velocity_a_cell(result, snapshot):
     """What the fragments would get if all points of a cell moved as its mean."""
     cell_velocity = snapshot.velocity[snapshot.cells[snapshot.casing]].mean(axis=1)
-    clusters = result.clusters
+    points, clusters = joined(result)
     momentum = np.zeros((clusters.mass.size, 3))
-    np.add.at(momentum, clusters.fragment, clusters.piece[:, None] * cell_velocity[result.points.cell[clusters.point]])
+    np.add.at(momentum, clusters.fragment, clusters.piece[:, None] * cell_velocity[points.cell[clusters.point]])
     return momentum / clusters.mass[:, None]
 
 
@@ -70,23 +70,24 @@ def test_casing_that_moves_as_one_keeps_its_energy(tmp_path):
 
 def test_every_cells_mass_is_given_once_to_fragments_of_its_own_segment(pair):
     result = break_up(pair, seed=1)
-    clusters, cell = result.clusters, result.points.cell[result.clusters.point]
+    points, clusters = joined(result)
+    cell = points.cell[clusters.point]
     given = np.bincount(cell, clusters.piece, minlength=pair.casing.size)
     np.testing.assert_allclose(given, pair.mass[pair.casing], rtol=1e-12)
-    np.testing.assert_allclose(np.bincount(clusters.point, clusters.piece), result.points.mass, rtol=1e-9)
+    np.testing.assert_allclose(np.bincount(clusters.point, clusters.piece), points.mass, rtol=1e-9)
     owner = clusters.fragment
     assert (result.fragments.round[owner] == pair.round[pair.casing][cell]).all()
     assert (result.fragments.segment[owner] == pair.segment[pair.casing][cell]).all()
-    assert (result.points.round == pair.round[pair.casing][result.points.cell]).all()
-    assert (result.points.segment == pair.segment[pair.casing][result.points.cell]).all()
 
 
 def test_fragments_above_the_lightest_that_matters_span_eight_points(snapshot):
     result = break_up(snapshot, seed=2)
-    pieces = np.bincount(result.clusters.fragment)
+    points, clusters = joined(result)
+    pieces = np.bincount(clusters.fragment)
+    segment = snapshot.segment[snapshot.casing][points.cell]
     for number, law in enumerate(BreakUp(snapshot).laws):
         mine = result.fragments.segment == number
-        resolved = POINTS_PER_FRAGMENT * result.points.mass[result.points.segment == number].max()
+        resolved = POINTS_PER_FRAGMENT * points.mass[segment == number].max()
         assert float(law.law.mass_fraction_above(resolved)) > 0.979
         matter = mine & (result.fragments.mass >= resolved)
         assert pieces[matter].min() >= 8

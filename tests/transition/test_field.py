@@ -17,7 +17,7 @@ from burst_fenicsx.simulation import Simulation
 from tests.burst_fenicsx.tubes import SETTINGS, tube
 from tests.transition import live_fields
 from transition import BreakUpSettings, CasingInMesh, InputError, Snapshot, break_up, snapshot_of
-from transition.cells.interpolation import interpolated
+from transition.cells import interpolated
 
 
 @pytest.mark.parametrize("kind", ["hexahedra", "meridian"])

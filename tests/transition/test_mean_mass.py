@@ -11,12 +11,15 @@ from tests.transition.synthetic import Tube
 from transition import BreakUp, BreakUpSettings
 from transition.law.mean_mass import (
     ASPECT_RATIO,
+    FACTOR_SOURCE,
+    FACTORS,
+    equivalent_cylinder,
     explosive_constant,
     gurney_sarmousakis,
     mott_1947,
     mott_linfoot,
+    outside_data,
 )
-from transition.law.mean_mass_data import FACTOR_SOURCE, FACTORS, equivalent_cylinder, outside_data
 
 STEEL, TNT = (7850.0, 448e6), ("tnt", 1630.0)
 KG, M, S = 1e3, 1e3, 1e6  # grams, millimetres, microseconds in one kg, m, s

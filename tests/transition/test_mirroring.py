@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from flight import Fragments
-from tests.transition.synthetic import Tube, azimuth_difference, polar_difference, sealed
+from tests.transition.synthetic import Tube, azimuth_difference, joined, polar_difference, sealed
 from transition import BreakUp, BreakUpSettings, InputError, Snapshot, break_up
-from transition.placement.mirroring import SymmetryPlane, images
+from transition.motion import SymmetryPlane, images
 
 PLACE = (0.2, 0.3, 0.05)
 X = ("x = 0", (0.0, 0.0, 0.0), (1.0, 0.0, 0.0))
@@ -62,7 +62,8 @@ def test_every_image_breaks_by_the_round_s_laws_from_a_random_stream_of_its_own(
 def test_images_fly_as_the_mirrored_cells(quarter, tmp_path):
     _, result = quarter
     signs = {1: (-1.0, 1.0, 1.0), 2: (1.0, -1.0, 1.0), 3: (-1.0, -1.0, 1.0)}
-    places, velocities = result.clusters.means(result.points)
+    points, clusters = joined(result)
+    places, velocities = clusters.means(points)
     for number, sign in signs.items():
         mine = result.fragments.round == number
         shift = np.array([0.0, 0.2 if sign[1] < 0 else 0.0, 0.0])

@@ -9,11 +9,10 @@ import numpy as np
 import pytest
 
 from transition import BreakUp, BreakUpSettings, InputError
-from transition.cells.interpolation import corner_coordinates, interpolated, modes
-from transition.cells.points import numbers
-from transition.kernels import sampling
-from transition.kernels.sampling import _A, _B, _C, _SHARE, _TILE, _X, _quantiles
-from transition.law.segment_law import _at_rupture
+from transition.cells import corner_coordinates, interpolated, modes
+from transition.kernels import _A, _B, _C, _SHARE, _STEP, _TILE, _X, _quantiles
+from transition.law.segments import _at_rupture
+from transition.points import numbers
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -126,7 +125,7 @@ def test_a_law_that_makes_dust_is_refused_before_it_fills_the_memory():
 
 def test_strides_of_the_points_are_powers_of_the_root_of_roberts():
     """1/g, 1/g2 and 1/g3 with g4 = g + 1, the generalised golden ratio of three dimensions."""
-    first, second, third = sampling._STEP
+    first, second, third = _STEP
     root = 1.0 / first
     assert root**4 == pytest.approx(root + 1.0, rel=1e-14)
     assert (second, third) == (pytest.approx(first**2, rel=1e-14), pytest.approx(first**3, rel=1e-14))

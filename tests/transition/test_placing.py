@@ -9,12 +9,12 @@ import pytest
 from scipy import stats
 
 from tests.transition.meridian import Meridian
-from tests.transition.synthetic import Tube
+from tests.transition.synthetic import Tube, joined
 from transition import BreakUp, BreakUpSettings
-from transition.cells.points import POINTS_PER_FRAGMENT, MaterialPoints
 from transition.draws import Draws
-from transition.kernels.curve import curve_positions
-from transition.placement.placing import CURVE_DRAWS, Clusters, Sheet, place
+from transition.kernels import curve_positions
+from transition.placing import CURVE_DRAWS, Sheet, place
+from transition.points import POINTS_PER_FRAGMENT, MaterialPoints
 
 
 def partition(total, number, generator):
@@ -25,8 +25,7 @@ def partition(total, number, generator):
 
 def points_of(position, mass, velocity=None):
     velocity = np.zeros_like(position) if velocity is None else velocity
-    whole = np.zeros(len(mass), dtype=np.int32)
-    return MaterialPoints(position, velocity, position, mass, whole, whole, np.zeros(len(mass), dtype=np.int64))
+    return MaterialPoints(position, velocity, position, mass, np.zeros(len(mass), dtype=np.int64))
 
 
 @pytest.mark.parametrize("seed", range(60))
@@ -148,8 +147,7 @@ def test_fragments_are_compact_chips(tmp_path, around):
     prepared = BreakUp(tube.read(tmp_path / "s.h5"), BreakUpSettings(mean_mass=12e-3))
     ratios = []
     for number in range(5):
-        result = prepared.realisation(3, number)
-        clusters, points = result.clusters, result.points
+        points, clusters = joined(prepared.realisation(3, number))
         away = points.position[clusters.point] - clusters.means(points)[0][clusters.fragment]
         gyration = np.sqrt(np.bincount(clusters.fragment, clusters.piece * (away**2).sum(axis=1)) / clusters.mass)
         volume = clusters.mass / (7850.0 / 1.5**2)  # the tube is stretched without getting thinner
@@ -172,14 +170,6 @@ def test_less_than_the_whole_mass_leaves_the_rest_everywhere():
         assert given.max() <= (1.0 + 1e-9) / 4000.0
         left += (1.0 / 4000.0 - given).reshape(4, -1).sum(axis=1)
     assert (np.abs(left / 40.0 - 0.1) < 0.03).all()
-
-
-def test_clusters_of_segments_stand_one_after_the_other():
-    parts = [(place(np.full(3, 1.0), np.arange(9), np.full(9, 1 / 3), Draws(one)), 9) for one in range(2)]
-    both = Clusters.concatenate(parts)
-    np.testing.assert_allclose(np.bincount(both.point, both.piece), 1.0 / 3.0)
-    np.testing.assert_allclose(np.bincount(both.fragment, both.piece), 1.0)
-    assert (both.chosen[3:] >= 9).all()
 
 
 @pytest.mark.parametrize(

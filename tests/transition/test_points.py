@@ -7,7 +7,7 @@ import pytest
 
 from tests.transition.synthetic import Tube
 from transition import BreakUpSettings, break_up
-from transition.cells.points import CellPoints, MaterialPoints
+from transition.points import PointSource
 
 
 def cells_of(generator, number):
@@ -20,10 +20,8 @@ def cells_of(generator, number):
 def source(generator, count):
     places, velocity = cells_of(generator, len(count))
     mass = generator.lognormal(size=len(count))
-    made = CellPoints.of_segment(
-        (0, 3), np.arange(len(count)) + 7, mass, places, velocity, 0.5 * places, np.asarray(count)
-    )
-    return made, places, velocity
+    state = np.concatenate([places, velocity, 0.5 * places], axis=2)
+    return PointSource.of_cells(np.arange(len(count)) + 7, mass, np.asarray(count), state), places, velocity
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -48,9 +46,8 @@ def test_points_fill_a_cell_evenly(count):
     cells = 40_000 // count
     corners = np.tile(np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]],
                                float), (cells, 1, 1))  # fmt: skip
-    made = CellPoints.of_segment(
-        (0, 0), np.arange(cells), np.ones(cells), corners, np.zeros_like(corners), corners, np.full(cells, count)
-    )
+    state = np.concatenate([corners, np.zeros_like(corners), corners], axis=2)
+    made = PointSource.of_cells(np.arange(cells), np.ones(cells), np.full(cells, count), state)
     points = made.draw(generator)
     assert points.position.min() >= 0.0
     assert points.position.max() <= 1.0
@@ -59,15 +56,6 @@ def test_points_fill_a_cell_evenly(count):
     assert ((found - len(points) / 64.0) ** 2).sum() / (len(points) / 64.0) < 92.0  # 63 degrees of freedom
     again = made.draw(generator)
     assert np.abs(again.position - points.position).max() > 0.1
-
-
-def test_points_of_parts_stand_one_after_the_other():
-    generator = np.random.default_rng(0)
-    parts = [source(generator, [8, 16])[0].draw(generator) for _ in range(2)]
-    both = MaterialPoints.concatenate(parts)
-    assert len(both) == 48
-    np.testing.assert_array_equal(both.velocity[24:], parts[1].velocity)
-    assert (both.segment == 3).all()
 
 
 # --- Velocity by the shape functions at one of the fragment's points (Eqs. 30 and 31)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from scipy.integrate import dblquad
@@ -11,9 +9,8 @@ from scipy.stats import chi2, kstest
 
 from tests.transition.meridian import Meridian
 from transition.casing import casing_of
-from transition.cells.interpolation import interpolated, modes
-from transition.cells.meridian import HalfPlane, mass_density, node_shares, ring_volumes
-from transition.cells.points import RingPoints
+from transition.cells import HalfPlane, interpolated, mass_density, modes, node_shares, ring_volumes
+from transition.points import PointSource
 
 SQUARE = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
 TILTED = HalfPlane(np.array([0.3, -0.2, 1.1]), np.linalg.qr(np.random.default_rng(5).normal(size=(3, 3)))[0])
@@ -29,11 +26,12 @@ def quads_of(generator, number):
     return corners
 
 
-def source(generator, count):
+def source(generator, count, speeds=lambda generator, shape: generator.normal(scale=500.0, size=shape)):
     reference = quads_of(generator, len(count))
-    state = np.concatenate([1.9 * reference, generator.normal(scale=500.0, size=reference.shape)], axis=2)
+    state = np.concatenate([1.9 * reference, speeds(generator, reference.shape)], axis=2)
     mass = generator.lognormal(size=len(count))
-    return RingPoints(3, np.arange(len(count)) + 7, mass, reference, state, np.asarray(count), TILTED)
+    made = PointSource.of_rings(np.arange(len(count)) + 7, mass, np.asarray(count), reference, state, TILTED)
+    return made, reference, state
 
 
 def test_ring_volumes_and_nodal_shares_are_the_integrals():
@@ -61,12 +59,12 @@ def test_ring_volumes_and_nodal_shares_are_the_integrals():
 @pytest.mark.parametrize("seed", range(5))
 def test_mass_momentum_and_centre_are_those_of_every_ring(seed):
     generator = np.random.default_rng(seed)
-    made = source(generator, generator.choice([4, 8, 16, 24, 80], 60))
+    made, reference, state = source(generator, generator.choice([4, 8, 16, 24, 80], 60))
     points = made.draw(generator)
     ring = points.cell - 7
     np.testing.assert_array_equal(np.bincount(ring), made.number)
     np.testing.assert_allclose(np.bincount(ring, points.mass), made.cell_mass, rtol=1e-14)
-    mean = np.einsum("ma,maj->mj", node_shares(made.reference), made.state)
+    mean = np.einsum("ma,maj->mj", node_shares(reference), state)
     away = points.position - TILTED.origin
     e1, e2, axis = TILTED.frame
     across = np.hypot(*points.reference[:, :2].T)
@@ -86,15 +84,15 @@ def test_mass_momentum_and_centre_are_those_of_every_ring(seed):
 def test_kinetic_energy_is_that_of_the_field():
     """Half the integral of v2 over the rings by Gauss points, for speeds that change by tenths within a ring."""
     generator = np.random.default_rng(0)
-    made = source(generator, np.full(400, 80))
-    smooth = 1000.0 + generator.normal(scale=50.0, size=(400, 4, 2))
-    made = replace(made, state=np.concatenate([made.state[..., :2], smooth], axis=2))
+    made, reference, state = source(
+        generator, np.full(400, 80), lambda g, shape: 1000.0 + g.normal(scale=50.0, size=shape)
+    )
     gauss, weight = np.polynomial.legendre.leggauss(4)
-    density, energy, whole = mass_density(made.reference), np.zeros(400), np.zeros(400)
+    density, energy, whole = mass_density(reference), np.zeros(400), np.zeros(400)
     for u, a in zip(gauss, weight, strict=True):
         for v, b in zip(gauss, weight, strict=True):
             at = a * b * np.einsum("mij,i,j->m", density, u ** np.arange(3), v ** np.arange(3))
-            velocity = interpolated(made.state[..., 2:], np.tile([(u + 1) / 2, (v + 1) / 2], (400, 1)))
+            velocity = interpolated(state[..., 2:], np.tile([(u + 1) / 2, (v + 1) / 2], (400, 1)))
             energy += at * (velocity**2).sum(axis=1)
             whole += at
     exact = 0.5 * made.cell_mass @ (energy / whole)
@@ -109,7 +107,7 @@ def test_places_follow_the_mass_of_the_ring():
     generator, rings, count, size = np.random.default_rng(4), 150, 400, np.array([0.01, 0.02])
     corners = np.tile(SQUARE * size, (rings, 1, 1))
     state = np.concatenate([corners, np.zeros_like(corners)], axis=2)
-    made = RingPoints(0, np.arange(rings), np.ones(rings), corners, state, np.full(rings, count), TILTED)
+    made = PointSource.of_rings(np.arange(rings), np.ones(rings), np.full(rings, count), corners, state, TILTED)
     away = (made.draw(generator).position - TILTED.origin) @ TILTED.frame.T
     place = (np.column_stack([np.hypot(away[:, 0], away[:, 1]), away[:, 2]]) / size)[::2]  # opposite points share one
     assert -0.02 < place.min() < place.max() < 1.02  # the mean of every ring is kept by a small shift
@@ -138,9 +136,8 @@ def test_elevations_of_points_follow_the_exact_field(tmp_path):
     state = np.concatenate(
         [half.coordinates(snapshot.position[nodes]), half.components(snapshot.velocity[nodes])], axis=2
     )
-    made = RingPoints(
-        0, np.arange(len(mass)), mass, half.coordinates(snapshot.reference[nodes]), state, np.full(len(mass), 8), half
-    )
+    reference, number = half.coordinates(snapshot.reference[nodes]), np.full(len(mass), 8)
+    made = PointSource.of_rings(np.arange(len(mass)), mass, number, reference, state, half)
     points = made.draw(np.random.default_rng(4))
     level = np.hypot(points.velocity[:, 0], points.velocity[:, 1])
     tangent = (points.velocity[:, 2] / level)[::8]

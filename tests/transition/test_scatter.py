@@ -11,8 +11,7 @@ from scipy import stats
 
 from tests.transition.synthetic import Tube, radial
 from transition import BreakUp, BreakUpSettings
-from transition.placement.isometry import draw_attitude
-from transition.placement.scatter import deviated, scattered
+from transition.motion import deviated, draw_attitude, scattered
 
 DEVIATION = math.radians(7.0)
 

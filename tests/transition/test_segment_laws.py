@@ -131,7 +131,7 @@ def test_the_outline_of_steps_is_their_mean_by_mass(axis):
         reference=position + profile[:, :1] * across + profile[:, 1:] * unit, cells=np.arange(8).reshape(2, 4),
         mass=np.array([1.0, 3.0]),
     )  # fmt: skip
-    data = SimpleNamespace(axis=axis, position=position, length=0.5)
+    data = SimpleNamespace(along=unit, position=position, length=0.5)
     assert _outline(snapshot, data, np.array([0, 1])) == pytest.approx((0.06 + 3.0 * 0.08) / 4.0, rel=1e-12)
     assert _outline(snapshot, data, np.array([1])) == pytest.approx(0.08, rel=1e-12)
     assert _extent(snapshot, data, np.array([0, 1])) == pytest.approx((0.48, 0.5))

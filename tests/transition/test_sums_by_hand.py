@@ -7,9 +7,8 @@ import pytest
 
 from flight.fragments import Fragments
 from transition import InputError
-from transition.cells.meridian import HalfPlane, check_meridian
-from transition.placement.directions import cell_shares, compare_directions, ring_shares
-from transition.results import casing_sums, ledger, ring_sums
+from transition.cells import HalfPlane, check_meridian
+from transition.results import casing_sums, cell_shares, compare_directions, ledger, ring_shares, ring_sums
 
 UPRIGHT = HalfPlane(np.zeros(3), np.eye(3))
 
@@ -86,7 +85,7 @@ def test_sums_of_rings_are_by_their_nodes():
     velocity = np.zeros((2, 4, 2))
     velocity[0, :, 1], velocity[1, :, 1] = [10.0, -10.0, 10.0, -10.0], [5.0, 5.0, -3.0, -3.0]
     shares = np.array([[0.25] * 4, [0.1, 0.2, 0.3, 0.4]])
-    found = ring_sums(np.array([1.0, 2.0]), shares, velocity, UPRIGHT.axis)
+    found = ring_sums(np.array([1.0, 2.0]), shares, velocity, UPRIGHT.frame[2])
     mean = 0.3 * 5.0 - 0.7 * 3.0
     assert found.energy == pytest.approx(0.5 * (100.0 + 2.0 * (0.3 * 25.0 + 0.7 * 9.0)), rel=1e-12)
     assert found.momentum == pytest.approx([0.0, 0.0, 2.0 * mean], rel=1e-12)

@@ -13,9 +13,8 @@ import pytest
 from tests.transition.meridian import Meridian
 from transition import BreakUp, BreakUpSettings
 from transition.draws import Draws
-from transition.law.mott import MottLaw
-from transition.law.samplers import Quantile
-from transition.law.segment_law import SegmentLaw
+from transition.law.mott import MottLaw, Quantile
+from transition.law.segments import SegmentLaw
 from transition.weighted import Runs, aimed, unit_points
 
 POINTS, SETS, REALISATIONS = 2**12, 6, 30

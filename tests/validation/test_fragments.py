@@ -11,7 +11,7 @@ import pytest
 import flight
 from tests.transition.synthetic import Tube, radial
 from transition import BreakUp, BreakUpSettings
-from transition.law.mean_mass_data import (
+from transition.law.mean_mass import (
     EXPLOSIVES,
     FACTORS,
     OUTER_DIAMETER,

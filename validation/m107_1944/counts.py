@@ -10,8 +10,7 @@ import numpy as np
 import flight
 from flight.files.text_tables import read_columns
 from transition.draws import Draws
-from transition.law.mott import MottLaw
-from transition.law.samplers import Quantile
+from transition.law.mott import MottLaw, Quantile
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from transition.law.mean_mass import gurney_coefficient, gurney_speed
-from transition.law.mean_mass_data import equivalent_cylinder
+from transition.law.mean_mass import equivalent_cylinder, gurney_coefficient, gurney_speed
 from validation.runs import reference_beside
 
 if TYPE_CHECKING:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from fragfield.report.figures.drawing import GREY, INK
-from transition.law.mean_mass_data import FACTORS
+from transition.law.mean_mass import FACTORS
 from validation.figures import picture
 from validation.mean_mass.scatter import LAWS, computed
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from transition import BreakUp, BreakUpSettings
-from transition.law.mean_mass_data import FACTORS
+from transition.law.mean_mass import FACTORS
 from validation.figures import keep_picture
 from validation.mean_mass.data import REFERENCE, above_a_cut, fit_shells, measured
 from validation.mean_mass.figure import draw

@@ -17,7 +17,7 @@ import numpy as np
 
 import flight
 from transition import BreakUp, Snapshot
-from transition.placement.mirroring import images
+from transition.motion import images
 from validation.runs import StudyError
 
 if TYPE_CHECKING:

@@ -24,7 +24,6 @@ from burst_fenicsx.meshing.sizing import check_mesh_size
 from burst_fenicsx.problem import Round
 from flight import FlightWarning, Fragments, fly
 from flight import InputError as FlightInputError
-from flight.hazard.density.directions import Directions
 from flight.scene.scene import Scene
 from fragfield.case import problem
 from fragfield.case.checks.expected_masses import RECOVERED
@@ -137,8 +136,7 @@ def _inputs(settings: BreakUpSettings) -> str:
 
 def _empty_grades(key: str, found: list[SegmentMean], settings: BreakUpSettings, margin: float) -> Iterator[Fault]:
     """The first segment of which the first grade holds less than one fragment, for any mean mass within the margin."""
-    from transition.law.mott import MottLaw
-    from transition.law.samplers import Graded
+    from transition.law.mott import Graded, MottLaw
 
     grades = Graded(settings.graded_m0, settings.graded_dm)
     for one in found:
@@ -402,8 +400,7 @@ def _of_hazard(case: CaseTable) -> Iterator[Fault]:
         )
         return
     if case.round:
-        basis, mirrors = problem.hazard_directions(case)
-        Directions(grid, basis, problem.kernel_degrees(case), tuple(one for one in mirrors if grid.maps(one)))
+        problem.density_directions(case, *problem.hazard_directions(case))
     rule = table.stack_rule
     if rule.side is not None and rule.top is not None:
         try:

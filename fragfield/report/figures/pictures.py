@@ -147,7 +147,7 @@ def _read_time(path: Path, where: dict[str, str]) -> Iterator[Any]:
 def _section(
     burst: Burst, where: str, time: float, points: Array, velocity: Array, cells: NDArray[Any], part: NDArray[Any]
 ) -> Section:
-    from transition.placement.mirroring import images
+    from transition.motion import images
 
     count, speed = len(points), np.linalg.norm(velocity, axis=1)
     copies = [points * (-1.0, 1.0, 1.0)] if burst.mesh.is_axisymmetric else []
@@ -193,7 +193,7 @@ def _cut(simplices: NDArray[Any], across: Array, height: float, values: Array) -
 
 def _axis_of_section(burst: Burst, where: str) -> float:
     """The y (m) of the axis that is cut: of the round next to the centre, or before it; the same at all times."""
-    from transition.placement.mirroring import images
+    from transition.motion import images
 
     centres = []
     for item in burst.rounds:

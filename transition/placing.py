@@ -17,15 +17,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from transition.kernels.curve import curve_positions
+from transition.kernels import curve_positions
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from numpy.typing import NDArray
 
-    from transition.cells.points import MaterialPoints
     from transition.draws import Draws
+    from transition.points import MaterialPoints
 
     Array = NDArray[np.float64]
 
@@ -147,55 +147,24 @@ class Clusters:
     chosen: NDArray[np.int64]
     """(n,) int64: one point of each fragment, drawn at random by mass."""
 
-    @classmethod
-    def concatenate(cls, parts: Sequence[tuple[Clusters, int]]) -> Clusters:
-        """Clusters of several segments as one; each with the number of points of its segment."""
-        clusters = [cluster for cluster, _ in parts]
-        points = np.cumsum([0, *(number for _, number in parts[:-1])])
-        fragments = np.cumsum([0, *(cluster.mass.size for cluster in clusters[:-1])])
-        return cls(
-            mass=np.concatenate([c.mass for c in clusters]),
-            fragment=np.concatenate([c.fragment + n for c, n in zip(clusters, fragments, strict=True)]),
-            point=np.concatenate([c.point + n for c, n in zip(clusters, points, strict=True)]),
-            piece=np.concatenate([c.piece for c in clusters]),
-            chosen=np.concatenate([c.chosen + n for c, n in zip(clusters, points, strict=True)]),
-        )
-
     def means(self, points: MaterialPoints) -> tuple[Array, Array]:
         """Centres of mass (n, 3) in m and mean velocities (n, 3) in m/s of the fragments."""
-        position, velocity = self._mean(points.position), self._mean(points.velocity)
-        return position, velocity
-
-    def _mean(self, values: Array) -> Array:
         weight = np.bincount(self.fragment, self.piece)
-        columns = [np.bincount(self.fragment, self.piece * column[self.point]) / weight for column in values.T]
-        return np.stack(columns, axis=1)
+        columns = [
+            np.bincount(self.fragment, self.piece * column[self.point]) / weight
+            for column in (*points.position.T, *points.velocity.T)
+        ]
+        return np.stack(columns[:3], axis=1), np.stack(columns[3:], axis=1)
 
 
 def place(fragment_mass: Array, along: NDArray[np.int64], point_mass: Array, draws: Draws) -> Clusters:
     """Give the fragments of one segment runs of its points.
 
-    Parameters
-    ----------
-    fragment_mass : (n,) float64
-        Masses (kg), above zero. Where they do not add up to the points' mass (the paper's grades), the rest is cut
-        into parts as heavy as the heaviest fragment, placed like fragments and left out.
-    along : (p,) int64
-        The points in the order of a curve.
-    point_mass : (p,) float64
-        Their masses (kg), above zero.
-    draws : Draws
-        What orders the fragments along the curve, and chooses a point of each.
-
-    Returns
-    -------
-    Clusters
-        In the order of `fragment_mass`.
-
-    Raises
-    ------
-    ValueError
-        A mass that is not above zero, or fragments heavier than the points together.
+    `fragment_mass` (n,): masses (kg), above zero. Where they do not add up to the points' mass (the paper's grades),
+    the rest is cut into parts as heavy as the heaviest fragment, placed like fragments and left out; `along` (p,): the
+    points in the order of a curve; `point_mass` (p,): their masses (kg), above zero; `draws`: what orders the fragments
+    along the curve, and chooses a point of each. Raises ValueError: a mass that is not above zero, or fragments heavier
+    than the points together.
     """
     fragment_mass = np.asarray(fragment_mass, dtype=np.float64)
     total, asked, wanted = float(point_mass.sum()), float(fragment_mass.sum()), fragment_mass.size

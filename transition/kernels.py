@@ -1,18 +1,78 @@
-"""Jittered points in trilinear hexahedra, and in the rings of bilinear quadrilaterals."""
+"""Compiled kernels: positions along a space-filling curve, jittered points in hexahedra and in rings."""
 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
+import numba
 import numpy as np
 
-from transition.kernels.compiling import kernel
+from fragfield_base.kernel_cache import compiled_with, digest_of
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from numpy.typing import NDArray
 
-__all__ = ["sample_cells", "sample_rings"]
+    Array = NDArray[np.float64]
+
+
+_STAMP = digest_of([Path(__file__)])
+
+
+def kernel(function: Callable[..., Any]) -> Any:  # noqa: ANN401 - numba's dispatcher has no type
+    """Compile a function for one thread and without the interpreter's lock."""
+    return compiled_with(numba, function, f"transition-{_STAMP}", nogil=True, error_model="numpy")
+
+
+@kernel
+def curve_positions(unit: Array, blocks: int, flat: int, deep: int) -> NDArray[np.int64]:
+    """Number (p,) along the curve of the cell that every point lies in.
+
+    The sheet is a row of square `blocks` along its first axis. Each is divided `flat` times into four across its whole
+    depth, and what this leaves `deep` times into eight. The curve enters every cell at a corner and leaves it at a
+    neighbouring one, where the next begins, so that neighbours along it are neighbours in the sheet (D. Hilbert 1891;
+    states of corner and direction as in Hamilton and Rau-Chaplin 2008).
+
+    Parameters
+    ----------
+    unit : (p, 3) float64
+        Coordinates in [0, 1] along the three sides of the sheet.
+    blocks, flat, deep : int
+        The bits of a number are those of `blocks`, 2 `flat` and 3 `deep`: 63 in all at most.
+    """
+    key = np.empty(len(unit), dtype=np.int64)
+    fine, thin = 1 << (flat + deep), 1 << deep
+    for i in range(len(unit)):
+        along = unit[i, 0] * blocks
+        h = min(int(along), blocks - 1)
+        x = min(int((along - h) * fine), fine - 1)
+        y, z = min(int(unit[i, 1] * fine), fine - 1), min(int(unit[i, 2] * thin), thin - 1)
+        entry, direction = 0, 0
+        for level in range(flat + deep - 1, -1, -1):
+            corner = ((x >> level) & 1) | (((y >> level) & 1) << 1)
+            n = 2
+            if level < deep:
+                n, corner = 3, corner | (((z >> level) & 1) << 2)
+            mask, turn = (1 << n) - 1, direction + 1
+            corner ^= entry
+            corner = ((corner >> turn) | (corner << (n - turn))) & mask
+            w = corner ^ (corner >> 1) ^ (corner >> 2)  # inverse of the Gray code
+            h = (h << n) | w
+            if w > 0:
+                even = (w - 1) & ~1
+                gray = even ^ (even >> 1)
+                entry ^= ((gray << turn) | (gray >> (n - turn))) & mask
+                ones = w if w & 1 else w - 1
+                while ones & 1:  # as many as trailing ones
+                    direction += 1
+                    ones >>= 1
+            direction = (direction + 1) % n
+        key[i] = h
+    return key
+
 
 _STEP = (0.8191725133961645, 0.6710436067037893, 0.5497004779019703)  # 1/g, 1/g2, 1/g3 with g^4 = g + 1
 _FUNCTIONS = 9
@@ -20,15 +80,9 @@ _FUNCTIONS = 9
 
 @kernel
 def sample_cells(
-    modes: NDArray[np.float64],
-    offset: NDArray[np.int64],
-    cell_mass: NDArray[np.float64],
-    label: NDArray[np.int64],
-    shift: NDArray[np.float64],
-    values: NDArray[np.float64],
-    mass: NDArray[np.float64],
-    owner: NDArray[np.int64],
-) -> None:
+    modes: Array, offset: NDArray[np.int64], cell_mass: Array, label: NDArray[np.int64], shift: Array, values: Array,
+    mass: Array, owner: NDArray[np.int64],
+) -> None:  # fmt: skip
     """Values of trilinear functions at random points of every cell, with each cell's mean kept.
 
     Points come in pairs, one the reflection of the other through the cell's centre, so that the linear modes have
@@ -39,7 +93,7 @@ def sample_cells(
     Parameters
     ----------
     modes : (m, 8, 9) float64
-        Coefficients of nine functions: position, velocity and position before the burst (`interpolation.modes`).
+        Coefficients of nine functions: position, velocity and position before the burst (`cells.modes`).
     offset : (m + 1,) int64
         Points `offset[c]` to `offset[c + 1]` lie in cell c: an even number.
     cell_mass : (m,) float64
@@ -47,7 +101,7 @@ def sample_cells(
     label : (m,) int64
         A number for each cell.
     shift : (m, 3) float64
-        Uniform random numbers in [0, 1): the first place of every cell.
+        Uniform random numbers in [0, 1): where the recurrence of every cell begins.
     values : (p, 9) float64
         Written: the functions at the points.
     mass, owner : (p,)
@@ -97,7 +151,7 @@ _TILE = 64  # pairs that are placed together: a multiple of two
 
 
 @kernel
-def _quantiles(w: NDArray[np.float64]) -> None:
+def _quantiles(w: Array) -> None:
     """Where in [-1, 1] the integrals of a + b x + c x2 from -1 reach their shares of the wholes; densities are >= 0.
 
     For the pairs of a tile side by side: Newton's method, each kept inside its bracket by bisection.
@@ -132,19 +186,9 @@ def _quantiles(w: NDArray[np.float64]) -> None:
 
 @kernel
 def sample_rings(
-    modes: NDArray[np.float64],
-    mean: NDArray[np.float64],
-    density: NDArray[np.float64],
-    offset: NDArray[np.int64],
-    cell_mass: NDArray[np.float64],
-    label: NDArray[np.int64],
-    shift: NDArray[np.float64],
-    origin: NDArray[np.float64],
-    frame: NDArray[np.float64],
-    values: NDArray[np.float64],
-    mass: NDArray[np.float64],
-    owner: NDArray[np.int64],
-) -> None:
+    modes: Array, mean: Array, density: Array, origin: Array, frame: Array, offset: NDArray[np.int64], cell_mass: Array,
+    label: NDArray[np.int64], shift: Array, values: Array, mass: Array, owner: NDArray[np.int64],
+) -> None:  # fmt: skip
     """Positions and velocities at random points of every ring, with each ring's mean by mass kept.
 
     Points come in blocks of four. Two opposite points share a random place (xi, eta) of the quadrilateral, so that
@@ -163,20 +207,12 @@ def sample_rings(
         Means by mass of the first four functions.
     density : (m, 3, 3) float64
         Mass by area of the reference square, in any unit: coefficients of xi^i eta^j.
-    offset : (m + 1,) int64
-        Points `offset[c]` to `offset[c + 1]` lie in ring c: a multiple of four.
-    cell_mass : (m,) float64
-        Masses of the rings (kg).
-    label : (m,) int64
-        A number for each ring.
-    shift : (m, 3) float64
-        Uniform random numbers in [0, 1): where the recurrence of every ring begins.
     origin, frame : (3,), (3, 3) float64
         Centre of the base (m); rows outward, across and axis.
+    offset, cell_mass, label, shift, mass, owner
+        As of `sample_cells`, of rings; the points of a ring are a multiple of four.
     values : (p, 9) float64
         Written: position (m), velocity (m/s) and position before the burst (m, from `origin` along `frame`).
-    mass, owner : (p,)
-        Written: an equal share of the ring's mass (kg) for each of its points, and the ring's number.
     """
     pairs, w = mass.size // 2, np.zeros(12 * _TILE)
     owner_of = np.empty(_TILE, np.int64)

@@ -1,1 +1,0 @@
-"""Material points from the cells of the burst: hexahedra, or quadrilaterals of a meridian."""
