@@ -4,7 +4,7 @@
 # method="geodesic")` does; both read it off the order of the rows instead, and by opposite rules:
 # - rows from south to north, as NetCDF files commonly hold them: a slope that falls to the south has the aspect 0, north.
 # - rows from north to south, as GeoTIFF holds them: `hillshade` with the sun in the south leaves that slope in the shade and
-#   lights the one behind the hill.
+#   brightens the one behind the hill.
 # So on no map do the two agree. East and west are right, and so are the magnitudes, so a trial on a slope to the east does not
 # show it. Which side of a hill faces a round or a wind is turned over. Fails where that changes.
 set -eu
