@@ -126,6 +126,7 @@ install_debian_packages() {  # NAME...
 create_venv() {  # one made here on the same interpreter is kept: others may be working in it; its scripts hold its path
     if grep -qx "home = ${python%/*}" "$venv/pyvenv.cfg" 2>/dev/null && grep -qF " $venv" "$venv/pyvenv.cfg" &&
         grep -qx "version = ${versions#* }" "$venv/pyvenv.cfg"; then return 0; fi
+    [ ! -L "$venv" ] || refuse "$venv is a link; the environment that it leads to, made elsewhere, would be emptied." "Remove the link and call again."
     say "virtual environment .venv on $python (${versions#* })"
     if [ "$origin" = wheel ]; then set -- "$venv"; else set -- --system-site-packages "$venv"; fi
     "$python" -m venv --clear "$@" || refuse "cannot create $venv." "Is the folder writable? On Debian and Ubuntu: apt-get install python3-venv"
