@@ -251,14 +251,14 @@ def test_what_cannot_be_computed_is_refused(tmp_path, rounds, settings, message)
 
 
 def test_a_folder_that_cannot_be_written_is_refused(tmp_path):
-    with pytest.raises(InputError, match=r"nowhere.burst.xdmf: cannot be written: .*; name a folder that exists"):
+    with pytest.raises(InputError, match=r"nowhere.burst.xdmf: cannot be written: .*; .* name a folder"):
         simulate([tube()], SETTINGS, tmp_path / "nowhere", comm=MPI.COMM_SELF)
 
 
 def test_a_snapshot_that_cannot_be_written_is_refused(tmp_path):
     from burst_fenicsx.files.snapshot import EndState, write_snapshot
 
-    with pytest.raises(InputError, match=r"nowhere.burst_snapshot.h5: cannot be written: .*; name a folder"):
+    with pytest.raises(InputError, match=r"nowhere.burst_snapshot.h5: cannot be written: .*; .* name a folder"):
         write_snapshot(tmp_path / "nowhere" / "burst_snapshot.h5", EndState(0.0, {}, {}, [], [], {}), {})
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from transition import Snapshot
 from validation.copper_cylinder.streak import streak
 from validation.rows import Rows
 from validation.runs import Geometry, Runs, reference_beside
@@ -23,9 +24,10 @@ def study(runs: Runs, rows: Rows) -> None:
         wanted.append(("landau_cj", SOLID_SIZE, "3d"))
     needed = 1e3 * (max(REFERENCE["displacement"]) + REFERENCE["window"])
     for model, size, geometry in wanted:
-        folder, burst = runs.burst(f"copper_cylinder_{model}", REFERENCE["case"], size, {"burst.products": model},
+        folder, _ = runs.burst(f"copper_cylinder_{model}", REFERENCE["case"], size, {"burst.products": model},
                                    geometry)  # fmt: skip
-        record = streak(folder / "burst", REFERENCE["station"], burst["rounds"][0]["length"])
+        length = Snapshot.read(folder / "burst_snapshot.h5").rounds[0].length
+        record = streak(folder / "burst", REFERENCE["station"], length)
         label = f"{model}, cells of {size}" + (", three dimensions" if geometry == "3d" else "")
         reach = 1e3 * float(record.displacement.max())
         if not rows.bound(f"{label}: record of the wall ends at", reach, (needed, math.inf), "what is read of it",

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from transition import BreakUp
+from transition import BreakUp, Snapshot
 from validation.runs import break_up_of, reference_beside
 
 if TYPE_CHECKING:
@@ -34,7 +34,7 @@ def study(runs: Runs, rows: Rows) -> None:
                  "burst")  # fmt: skip
     (one,) = burst["rounds"]
     low, high = REFERENCE["fastest_between"]
-    fastest = one["fastest_station"] / one["length"]
+    fastest = one["fastest_station"] / Snapshot.read(folder / "burst_snapshot.h5").rounds[0].length
     rows.bound("fastest place, fraction of the length from the nose (the paper: 0.25 to 0.5)", fastest, (low, high),
                source, "", "burst", kind="comparison")  # fmt: skip
     settings = break_up_of(folder)
