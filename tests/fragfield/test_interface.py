@@ -60,7 +60,7 @@ def test_results_are_arrays(done):
     assert run.burst.mesh.velocity.shape == run.burst.mesh.position.shape
     assert run.burst.history["time"].max() == pytest.approx(run.burst.mesh.time)
     assert [one.name for one in run.burst.rounds] == ["tube"]
-    assert run.exposed == ()
+    assert run.summary.exposed == ()
     assert any("Warning" in text for text in run.findings)
 
 
