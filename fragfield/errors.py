@@ -24,8 +24,11 @@ EXIT_NUMERICAL = 3  # a numerical stop, or a result that is not determined
 EXIT_FAULT = 4  # a fault of the program itself
 EXIT_INTERRUPTED = 130
 
-_AGAIN = 0.05  # s after which an interruption that was dropped comes again
+_AGAIN = 0.05  # s after which an interruption that was dropped or deferred comes again
+_PATIENCE = 200  # times that one is deferred: an import that hangs is interrupted all the same
+_IMPORTS = "<frozen importlib._bootstrap>"
 _interrupts: list[int] = []  # signals that came, see `interrupt`
+_deferred: list[int] = []
 
 
 class InputError(errors.InputError):
@@ -50,8 +53,18 @@ def exit_code_of(error: BaseException) -> int:
 
 
 def interrupt(number: int, frame: FrameType | None) -> None:
-    """Handler of signals that end a command: as Python's own, and remembers that one came."""
-    del frame
+    """Handler of signals that end a command: as Python's own, and remembers that one came.
+
+    While modules are loaded it is deferred: there C libraries turn a KeyboardInterrupt into another error, or end the
+    process.
+    """
+    importing = frame
+    while importing is not None and importing.f_code.co_filename != _IMPORTS:
+        importing = importing.f_back
+    if importing is not None and len(_deferred) < _PATIENCE:
+        _deferred.append(number)
+        _send_again(number)
+        return
     _interrupts.append(number)
     raise KeyboardInterrupt
 
@@ -64,7 +77,11 @@ def interrupt_again(unraisable: sys.UnraisableHookArgs) -> None:
     if not isinstance(unraisable.exc_value, KeyboardInterrupt) or not _interrupts:
         sys.__unraisablehook__(unraisable)
         return
-    later = threading.Timer(_AGAIN, os.kill, (os.getpid(), _interrupts[-1]))
+    _send_again(_interrupts[-1])
+
+
+def _send_again(number: int) -> None:
+    later = threading.Timer(_AGAIN, os.kill, (os.getpid(), number))
     later.daemon = True
     later.start()
 

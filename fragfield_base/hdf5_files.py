@@ -7,7 +7,8 @@ ends with a digest of all of it, where HDF5 does not read, and where other progr
 
     ... HDF5 ... | size | digest of size and content | mark
 
-A file that was cut or edited has no seal or a wrong one. One of other origin has none, and is read as h5py reads it.
+A file that was cut or edited has no seal or a wrong one. One of other origin has none: it is looked
+through first.
 """
 
 from __future__ import annotations
@@ -111,13 +112,21 @@ def check_sound(path: Path, error: type[Exception], advice: str = "") -> None:
         if _sound.get(str(path)) == before:
             return
         with path.open("rb") as file:
-            _check_seal(file)
+            is_sealed = _is_sealed(file)
     except FileNotFoundError:
         raise error(f"{path}: no such file{end}") from None
     except OSError as found:
         raise error(f"{path}: cannot be read ({found.strerror or found}){end}") from None
     except _SealError as found:
         raise error(f"{path}: damaged, cut off or changed since it was written: {found}{end}") from None
+    if not is_sealed:
+        try:
+            with _library(path, error).File(path, "r", locking=False) as file:
+                fault = _looked_through(file, before[1])
+        except _READING_FAULTS as found:
+            raise error(f"{path}: cut off, or not an HDF5 file ({_short(found)}){end}") from None
+        if fault is not None:
+            raise error(f"{path}: {fault}{end}")
     _sound[str(path)] = before
 
 
@@ -133,15 +142,15 @@ def _seal_of(content: bytes | memoryview) -> bytes:
     return _SEAL.pack(len(content), digest.digest(), _MARK)
 
 
-def _check_seal(file: BinaryIO) -> None:
-    """Raise _SealError where an open file has a seal that does not fit."""
+def _is_sealed(file: BinaryIO) -> bool:
+    """Whether an open file has a seal; raises _SealError where it does not fit."""
     whole = os.fstat(file.fileno()).st_size
     if whole < SEAL_LENGTH:
-        return
+        return False
     file.seek(whole - SEAL_LENGTH)
     size, sealed, mark = _SEAL.unpack(file.read(SEAL_LENGTH))
     if mark != _MARK:
-        return
+        return False
     if size + SEAL_LENGTH != whole:
         raise _SealError(f"it has {whole} bytes, which is not what its checksum was made of")
     digest = _started(size)
@@ -152,7 +161,50 @@ def _check_seal(file: BinaryIO) -> None:
         left -= len(piece)
     if digest.digest() != sealed:
         raise _SealError("its bytes do not match their checksum")
+    return True
 
 
 def _started(size: int) -> hashlib.blake2b:
     return hashlib.blake2b(struct.pack("<Q", size), digest_size=_DIGEST)
+
+
+_DEFLATE = 1040  # no deflated data is smaller than this share
+_SMALL = 1 << 26
+_FILTERS = {1, 2, 3, 4}  # deflate, shuffle, checksum, szip
+
+
+def _looked_through(file: h5py.File, size: int) -> str | None:
+    """What is wrong with a file of another program, of `size` bytes: links and data that are elsewhere, or too much."""
+    import h5py
+
+    seen, waiting = set(), [file]
+    while waiting:
+        group = waiting.pop()
+        for name in group:
+            where = f"{group.name.rstrip('/')}/{name}"
+            if not isinstance(group.get(name, getlink=True), h5py.HardLink):
+                return f"{where} is a link to elsewhere, which is not followed"
+            item = group[name]
+            place = h5py.h5o.get_info(item.id).addr
+            if place in seen:
+                continue
+            seen.add(place)
+            if isinstance(item, h5py.Group):
+                waiting.append(item)
+            elif isinstance(item, h5py.Dataset) and (fault := _fault_of_data(item, size)):
+                return f"{where} {fault}"
+    return None
+
+
+def _fault_of_data(data: h5py.Dataset, size: int) -> str | None:
+    plist = data.id.get_create_plist()
+    if plist.get_external_count() or getattr(data, "is_virtual", False):
+        return "lies in another file, which is not read"
+    filters = [plist.get_filter(number)[0] for number in range(plist.get_nfilters())]
+    if not set(filters) <= _FILTERS:
+        return f"is packed by the filter {min(set(filters) - _FILTERS)}; allowed: deflate (gzip)"
+    declared = int(data.size or 0) * data.dtype.itemsize
+    most = max(size * (_DEFLATE if filters else 1), _SMALL)
+    if declared > most:
+        return f"declares {declared} bytes, which a file of {size} bytes cannot hold"
+    return None

@@ -33,7 +33,10 @@ def absolute(path: str | os.PathLike[str], error: type[Exception], folder: Path 
 def shown(found: Any) -> Any:  # noqa: ANN401 - of the kind that is given
     """A text, or all texts of tables and lists, with files below the working folder named from there."""
     if isinstance(found, str):
-        here = str(Path.cwd())
+        try:
+            here = str(Path.cwd())
+        except OSError:  # it is no more
+            return found
         return found if here == "/" else found.replace(f"{here}{os.sep}", "")
     if isinstance(found, dict):
         return {key: shown(value) for key, value in found.items()}

@@ -157,7 +157,6 @@ def _refuse_deep(document: Mapping[str, Any], source: str) -> None:
 
 
 def _casings(case: CaseTable, folder: Path) -> list[Substance]:
-
     named = [entry.casing for entry in case.round if isinstance(entry.casing, str)]
     names = dict.fromkeys(_located(name, folder) for name in named)
     return [found for name in names if (found := load_substance("casing", name)) is not None]
@@ -238,7 +237,6 @@ def named_material(kind: str, name: str, *, source: str, key: str, folder: Path)
 
 
 def _charge_of_mesh(entry: RoundTable) -> tuple[float, float]:
-
     mesh = mesh_round(burst_round(entry), 1.0)
     nodes = mesh.nodes[np.unique(mesh.cells[mesh.part == Part.CHARGE])]
     axis = np.array(entry.axis) / np.linalg.norm(entry.axis)
@@ -267,7 +265,6 @@ def _as_table(material: DataclassInstance, table: type[Material]) -> Material:
 
 
 def _profile(value: str | dict[str, Any] | None, folder: Path) -> tuple[dict[str, Any], Profile]:
-
     if isinstance(value, dict):
         return value, profile_of_table(value)
     assert value is not None  # checked before: a round has a profile or a mesh

@@ -68,7 +68,6 @@ def write_new_case(
 def _chosen(
     profile: str, explosive: str, casing: str | None, stack: str | None, *, lying: bool = False
 ) -> dict[str, Any]:
-
     _require("--round", profile, profile_names())
     explosive = _built_in("--explosive", explosive, "explosive", burst_explosive_names())
     words = set(profile.split("_"))  # "steel_m107" is that of "m107"
@@ -104,7 +103,6 @@ def _chosen(
 
 
 def _lying(profile: str) -> dict[str, Any]:
-
     found = load_profile(profile)
     height = math.ceil(1e3 * found.max_radius - 1e-6)  # whole millimetres, not into the ground
     return {

@@ -65,7 +65,6 @@ def check_geometry(case: CaseTable) -> Iterator[Fault]:
 
 
 def _not_axisymmetric(case: CaseTable) -> str | None:
-
     return why_not_axisymmetric(burst_rounds(case), burst_settings(case, geometry="3d"))
 
 

@@ -219,7 +219,6 @@ def _prescribed(case: CaseTable) -> dict[str, Any]:
 
 
 def _meshed(item: Round, settings: BurstSettings, cuts: Sequence[Mirror]) -> tuple[CellMesh, MeshQuality]:
-
     if settings.geometry == "axisymmetric":
         assert item.profile is not None
         meridian = mesh_meridian(item.profile, settings.cell_size)

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from json import dumps
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TextIO
+from typing import Any, TextIO
 
 import typer
 
@@ -85,21 +85,27 @@ def _print_message(message: str, *, json: bool, code: int = EXIT_INTERRUPTED) ->
             typer.echo(dumps({"error": {"message": shown(message), "exit_code": code}}))
 
 
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-
 def prepare_process() -> list[str]:
     """Let no letter fail, and settle the variables of libraries; the arguments, which no library sees.
 
-    Raises InputError: a variable holds what it must not.
+    Raises InputError: a variable holds what it must not, or the working folder is no more.
     """
-    closed = Path(os.devnull).open("w", encoding="utf-8")  # noqa: SIM115 - as long as the process
-    sys.stdout, sys.stderr = sys.stdout or closed, sys.stderr or closed
+    # A file that is opened while a standard stream is closed would get its number, and what libraries write there.
+    for number in range(3):
+        try:
+            os.fstat(number)
+        except OSError:
+            os.open(os.devnull, os.O_RDWR)  # the lowest number that is free
+    sys.stdout = sys.stdout or os.fdopen(os.dup(1), "w", encoding="utf-8")
+    sys.stderr = sys.stderr or os.fdopen(os.dup(2), "w", encoding="utf-8")
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="backslashreplace")  # names of a case in a terminal that knows ASCII alone
     settle(InputError)
+    try:
+        Path.cwd()
+    except OSError as fault:
+        raise InputError(f"the working folder cannot be used ({fault.strerror}); change into another one") from None
     arguments = sys.argv[1:]
     sys.argv[1:] = []
     return arguments

@@ -243,7 +243,6 @@ def is_of_file(profile: Mapping[str, Any]) -> bool:
 
 
 def _of_drawing(table: ContourTable, path: Path) -> tuple[Section, list[str], float]:
-
     sheet = read_dxf(path, unit=table.unit_length, layers=table.layers, tolerance=table.tolerance)
     near = table.gap
     extent = float(np.ptp(sheet.points, axis=0).max())

@@ -167,7 +167,6 @@ def to_contours(shapes: Sequence[Shape], site: Site, origin: tuple[float, float]
 
 
 def _distances(case: CaseTable, found: EnsembleHazard) -> Iterator[Shape]:
-
     expected, origin = found.expected, np.asarray(case.flight.origin)
     rows: list[tuple[str, Array]] = [("max_throw", found.by_sector["max_throw"].pooled)]
     if not found.undetermined:

@@ -410,7 +410,6 @@ def _pit(table: Columns) -> dict[str, Array]:
 
 
 def _check_pit(path: Path, content: Mapping[str, Any], rounds: float) -> None:
-
     with tempfile.TemporaryDirectory() as folder:
         try:
             read_counts(ImportedTable("pit", path, content, [], [], {}, rounds).write(Path(folder) / "pit.csv"))

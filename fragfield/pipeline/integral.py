@@ -188,4 +188,4 @@ class Solved:
 
 def _turned(intensity: Intensity, attitude: Turned) -> Intensity:
     axis, place = attitude.matrix @ intensity.axis, attitude.matrix @ intensity.place + attitude.shift
-    return replace(intensity, axis=axis.tolist(), place=place.tolist())
+    return replace(intensity, axis=tuple(axis.tolist()), place=tuple(place.tolist()))

@@ -41,6 +41,7 @@ def compiled_beside(case: CaseTable, *, quiet: bool) -> Iterator[Callable[[], ob
         fragments.write_text(_FRAGMENTS, encoding="utf-8")
         command = [
             sys.executable,
+            "-P",
             "-m",
             "fragfield",
             "fly",

@@ -76,7 +76,7 @@ def read_geojson(path: Path) -> tuple[list[Feature], list[str]]:
         raise InputError(f"{path}: not a GeoJSON ({fault})") from None
     if not isinstance(found, dict) or not isinstance(found.get("type"), str):
         raise InputError(f"{path}: found JSON without a type; allowed: a FeatureCollection of GeoJSON")
-    if "crs" in found and not any(one in str(found["crs"]).upper() for one in _WGS84):
+    if "crs" in found and not _name_of(found["crs"]).upper().endswith(_WGS84):
         raise InputError(
             f"{path}: crs: found {json.dumps(found['crs'])[:80]}; allowed: longitude and latitude on WGS 84 "
             "(EPSG:4326), as which every program exports GeoJSON"
@@ -86,6 +86,11 @@ def read_geojson(path: Path) -> tuple[list[Feature], list[str]]:
     if not features:
         raise InputError(f"{path}: found no feature with a place in it")
     return features, [f"{number} {what} left out" for what, number in left_out.items()]
+
+
+def _name_of(crs: object) -> str:
+    properties = crs.get("properties") if isinstance(crs, dict) else None
+    return str(properties.get("name", "")) if isinstance(properties, dict) else ""
 
 
 def _no_constant(name: str) -> None:
@@ -149,11 +154,14 @@ def read_kml(path: Path) -> tuple[list[Feature], list[str]]:
     if _tag(root) != "kml":
         raise InputError(f"{path}: found XML whose outermost element is {_tag(root)!r}; allowed: a KML")
     features: list[Feature] = []
-    for number, (placemark, folders, is_shown) in enumerate(_placemarks(root, (), left_out), start=1):
-        if is_shown:
-            features += _of_placemark(path, placemark, folders, number, left_out)
-        else:
-            left_out["placemarks switched off in the file (visibility 0)"] += 1
+    try:
+        for number, (placemark, folders, is_shown) in enumerate(_placemarks(root, (), left_out), start=1):
+            if is_shown:
+                features += _of_placemark(path, placemark, folders, number, left_out)
+            else:
+                left_out["placemarks switched off in the file (visibility 0)"] += 1
+    except RecursionError:
+        raise InputError(f"{path}: found folders or geometries nested too deep; allowed: fewer") from None
     if not features:
         listed = ", ".join(f"{number} {what}" for what, number in left_out.items()) or "nothing"
         raise InputError(f"{path}: found no placemark with a point, a line or a polygon, only {listed}")

@@ -114,7 +114,6 @@ def _outcome(task: Task, summary: Summary) -> Outcome:
 
 
 def _in_directory(task: Task, directory: Path) -> Summary:
-
     assert isinstance(task.case, CaseTable)
     options = RunOptions(directory, resume=True, quiet=True, threads=task.threads, lean=True, made=task.case)
     run_chain(options, task.only)
@@ -122,7 +121,6 @@ def _in_directory(task: Task, directory: Path) -> Summary:
 
 
 def _numbers(task: Task) -> Summary:
-
     case = task.case
     if not isinstance(case, CaseTable):
         case = case_from_document(dict(case), source=task.name, folder=Path())

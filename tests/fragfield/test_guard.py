@@ -7,6 +7,7 @@ import re
 import shlex
 import signal
 import subprocess
+import sys
 import tempfile
 from pathlib import Path
 
@@ -103,6 +104,25 @@ def test_standard_streams_that_fail_are_one_message_and_no_traceback(line, code,
     assert words is None or done.stderr == words
 
 
+def test_a_closed_standard_stream_gives_its_number_to_no_file(tmp_path):
+    """What a library prints would go into the file."""
+    script = (
+        "import os, sys\n"
+        "from fragfield.cli.guard import prepare_process\n"
+        "(name,) = prepare_process()\n"
+        "file = open(name, 'w')\n"
+        "os.write(1, b'of a library'); os.write(2, b'of a library')\n"
+        "sys.stdout.write('x'); sys.stderr.write('y')\n"
+        "sys.exit(0 if file.fileno() > 2 else 1)\n"
+    )
+    known = {**environment(), "SCRIPT": script, "PY": sys.executable}
+    done = subprocess.run(
+        ["bash", "-c", '"$PY" -c "$SCRIPT" "$1" <&- >&- 2>&-', "bash", str(tmp_path / "file")], env=known, check=False
+    )
+    assert done.returncode == 0
+    assert (tmp_path / "file").read_text() == ""
+
+
 @pytest.mark.parametrize("kind", ["SIGTERM", "SIGINT"])
 def test_a_signal_after_the_work_changes_nothing(kind):
     """Python takes its handlers back while it ends: then a signal would end the process with another code."""
@@ -129,6 +149,24 @@ def test_a_signal_that_a_library_turns_into_another_error_is_an_interruption(mon
     assert exit_code_of(ImportError("initialization failed")) == 130
     assert message_of(ImportError("initialization failed")).startswith("interrupted; what was written stays")
     assert exit_code_of(errors.InputError("mine")) == 2
+
+
+def test_a_signal_while_modules_are_loaded_waits_for_them(tmp_path):
+    (tmp_path / "slow.py").write_text(
+        "import os, signal, time\nos.kill(os.getpid(), signal.SIGTERM)\ntime.sleep(0.2)\nprint('loaded', flush=True)\n"
+    )
+    script = (
+        "import signal, sys, time\n"
+        "from fragfield.errors import interrupt\n"
+        "signal.signal(signal.SIGTERM, interrupt)\n"
+        f"sys.path.append({str(tmp_path)!r})\n"
+        "try:\n"
+        "    import slow\n"
+        "    time.sleep(5.0)\n"
+        "except KeyboardInterrupt:\n"
+        "    print('interrupted')\n"
+    )
+    assert python(script).stdout.split() == ["loaded", "interrupted"]
 
 
 def test_what_libraries_log_is_no_message_of_a_command():

@@ -27,6 +27,14 @@ def command(folder: Path, variables: dict[str, str], *arguments: object) -> subp
     )  # fmt: skip
 
 
+def test_a_working_folder_that_is_no_more_is_one_line_and_exit_2(tmp_path):
+    script = f'mkdir gone && cd gone && rmdir ../gone && exec "{sys.executable}" -P -m fragfield check case.toml'
+    known = {**os.environ, "PYTHONPATH": str(ROOT)}
+    done = subprocess.run(["bash", "-c", script], cwd=tmp_path, env=known, capture_output=True, text=True, check=False)
+    assert (done.returncode, "the working folder cannot be used" in done.stderr) == (2, True), done.stderr
+    assert "Traceback" not in done.stderr
+
+
 @pytest.mark.parametrize(
     ("variables", "arguments", "words"),
     [

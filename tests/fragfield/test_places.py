@@ -186,6 +186,8 @@ PERSON = [feature("Point", at(50, 0), name="clerk", kind="person")]
         ('{"type": "Feature"}\n{"type": "Feature"}', {}, "one feature a line is no GeoJSON"),
         ("[" * 9999, {}, "not a GeoJSON: nested too deep|not JSON"),
         ('{"type": "FeatureCollection", "features": [], "crs": null}', {}, "crs: found null; allowed: longi"),
+        ('{"type": "FeatureCollection", "features": [], "crs": {"properties": {"name": "WGS84 / UTM zone 32N"}}}', {},
+         "crs: found .*UTM zone 32N.*; allowed: longitude and latitude"),
         ('{"type": "FeatureCollection", "features": [], "crs": {"name": "EPSG:25832"}}', {},
          r"crs: found .*EPSG:25832.*; allowed: longitude and latitude on WGS 84 \(EPSG:4326\)"),
     ],
@@ -198,6 +200,7 @@ def test_a_geojson_that_is_not_clear_is_refused(tmp_path, places, options, messa
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
+        ("</kml>", "<Folder>" * 2000 + "</Folder>" * 2000 + "</kml>", "nested too deep"),
         ("</kml>", "", "not well-formed XML"),
         ("<kml ", "<gpx ", "not well-formed XML|outermost element"),
         (f"{at(0, 30)[0]},{at(0, 30)[1]}", f"{at(0, 30)[0]}, {at(0, 30)[1]}", r'coordinates: found "7.0, 51.*"; allowed: longitude,latitude'),  # noqa: E501

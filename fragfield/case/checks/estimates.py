@@ -340,7 +340,6 @@ def _rekeyed(case: CaseTable, error: errors.InputError, table: str) -> Fault:
 
 
 def _cells(case: CaseTable) -> Iterator[Fault]:
-
     if case.burst is None:
         return
     check = check_mesh_size if problem.burst_geometry(case).geometry == "3d" else check_meridian_size
@@ -363,7 +362,6 @@ def _of_break_up(case: CaseTable, settings: BreakUpSettings) -> Iterator[Fault]:
 
 
 def _of_round(key: str, entry: RoundTable, settings: BreakUpSettings) -> Iterator[Fault]:
-
     if settings.mean_mass == "gurney_sarmousakis":
         explosive_constant(entry.material("explosive").name, settings.explosive_constant)
     masses, stations = masses_of(entry), settings.segments

@@ -169,7 +169,6 @@ def exposed_sites_of(case: CaseTable) -> list[ExposedSite]:
 
 
 def _exposed_site(case: CaseTable, entry: ExposedTable) -> ExposedSite:
-
     energy = case.hazard.energy if entry.energy is None else entry.energy
     if isinstance(entry, ExposedBuildingTable):
         outline, prism = _building(case, entry, energy)
@@ -216,7 +215,6 @@ def outline_of(obstacle: ObstacleTable) -> Array:
 
 
 def _building(case: CaseTable, entry: ExposedBuildingTable, energy: float) -> tuple[Array, Prism]:
-
     if entry.obstacle is not None:
         standing = next(one for one in case.obstacle if one.name == entry.obstacle)
         assert isinstance(standing, BuildingTable)  # checked

@@ -132,13 +132,11 @@ def charge_centre(entry: RoundTable) -> tuple[float, float, float]:
 
 @lru_cache(maxsize=64)  # the rounds of a stack, and of a study, have one
 def _profile(table: str) -> Profile:
-
     return profile_from_table(json.loads(table), where="")
 
 
 @lru_cache(maxsize=64)
 def _grid(table: str, cell_size: float) -> tuple[NDArray[np.float64], float]:
-
     counts = grid_counts(_profile(table), cell_size)
     return counts.stations, equal_area_factor(4 * counts.core)
 
