@@ -193,7 +193,7 @@ class CasePage:
                     self._save = ui.button("Save", on_click=self._save_case).props("dense id=save")
                     self._drop = ui.button("Discard changes", on_click=self._drop_draft).props("dense flat")
             if case is not None:
-                with ui.element("nav").props(f'aria-label="{"Pages of this case"}"'):
+                with ui.element("nav").props('aria-label="Pages of this case"'):
                     for number, name in enumerate(PAGES, start=1):
                         link = ui.link(f"{number} {title_of(name)}", self.address(name))
                         link.props(f'accesskey="{number}"' + (' aria-current="page"' if name == self.name else ""))
