@@ -95,7 +95,7 @@ def test_a_first_run_says_what_it_compiles_and_shares_it(monkeypatch, capsys, mi
 
     def start(command, **_):
         assert "[burst]" in Path(next(one for one in command if one.endswith("case.toml"))).read_text()
-        calls.append(command[3])
+        calls.append(command[4])
         return SimpleNamespace(wait=lambda: calls.append("wait"), terminate=lambda: calls.append("end"))
 
     monkeypatch.setattr(kernels, "_missing", lambda: missing)
